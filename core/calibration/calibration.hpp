@@ -19,7 +19,8 @@ struct LowBand<double> {
     Mat3<double> ratio = Mat3<double>::Ones();      // (i, j): low coupling / high coupling, as the phases of the high band
     Mat3<double> phase_rad = Mat3<double>::Zero();  // (i, j): of sensor channel i at the low carrier of source coil j
     double quadrature_floor = 1;                    // uncertainty of phase_rad as a quadrature, per coupling; 1: unknown
-    /// (j, i): quadrature of the high coupling to source coil i over the rate of that to source coil j. Zero: unknown.
+    /// (j, i): quadrature of the high coupling to source coil i over the rate of that to source coil j, both corrected for the
+    /// coils, at the carriers and the frame rate of the calibration. Zero: unknown.
     Mat3<double> motion_lag_s = Mat3<double>::Zero();
 };
 
@@ -62,7 +63,7 @@ Status check(const field::InducedDipoles<Scalar>& surroundings, const Mat3<Scala
 
 /// Errors: not_finite (NaN or infinity), invalid_argument (linearly dependent moments or sensitivities, an offset beyond 1 m, an
 /// output correction or a misfit floor beyond 0.1, a quadrature floor beyond 1, a ratio of the bands beyond 0.5 to 2, a phase of
-/// the low band that is not finite, a lag by motion beyond 0.1 s, a virtual dipole at a source coil or beyond 100 m).
+/// the low band that is not finite, a lag by motion beyond 5 ms, a virtual dipole at a source coil or beyond 100 m).
 template <typename Scalar>
 Status check(const Calibration<Scalar>& c) {
     const bool finite =
@@ -99,8 +100,8 @@ Status check(const Calibration<Scalar>& c) {
             return {StatusCode::invalid_argument,
                     "calibration: phases of the low band must be finite, their quadrature floor a share of 0 to 1"};
         }
-        if (!(c.low_band.motion_lag_s.array().abs() <= 0.1).all()) {
-            return {StatusCode::invalid_argument, "calibration: the lag by motion must be -0.1 to 0.1 s"};
+        if (!(c.low_band.motion_lag_s.array().abs() <= 5e-3).all()) {
+            return {StatusCode::invalid_argument, "calibration: the lag by motion must be -0.005 to 0.005 s"};
         }
     }
     return check(c.model.surroundings, c.model.source_offset_m);

@@ -25,6 +25,12 @@ public:
     /// Advances to `time_s` and switches the drive on or off at that time. Call it at the start of every block.
     void begin_block(double time_s, double sample_s, bool on);
 
+    /// After a long pause: the drive is off and the current has decayed.
+    void rest() {
+        on_ = false;
+        transient_ = 0;
+    }
+
     /// Current at the present sample; advances to the next sample.
     CoilCurrent next();
 

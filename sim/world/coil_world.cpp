@@ -131,6 +131,9 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
     const double sample_s = 1 / plan_.params.sample_rate_hz;
     if (start_s > end_s_ + sample_s) {
         drive_start_s_ = start_s;
+        for (CoilCircuit& circuit : circuits_) {
+            circuit.rest();
+        }
     }
     end_s_ = start_s + static_cast<double>(samples.size()) * sample_s;
     for (std::size_t n = 0; n < currents(); ++n) {

@@ -124,7 +124,8 @@ Column<double> ColumnWorld::make_column(const Block& block, int carrier_index, c
         const std::complex<double> response = demodulator_.response[carrier][channel];
         double by_motion = 0;
         for (int n = 0; n < plan_.carriers(); ++n) {
-            by_motion += motion_lag_s_(n, carrier_index) * coupling.rate(c, plan_.is_tdm() ? coil : n % kSourceCoils);
+            const int other = plan_.is_tdm() ? coil : n % kSourceCoils;
+            by_motion += motion_lag_s_(n, carrier_index) * coupling.rate(c, other) * effect.current(other) / effect.current(coil);
         }
         const std::complex<double> x = coupling.mean(c, current) + std::complex<double>(0, by_motion);
         const std::complex<double> sensor_v = x * response * current_v + sample_sigma_v_ * noise[channel][carrier];

@@ -7,7 +7,8 @@
 namespace tricoil::sim {
 
 /// Computes the columns that the demodulator gives for the samples of a CoilWorld: couplings averaged over the window, noise of
-/// the sensor and reference channels, quadrature due to motion, flags. Left out: mains hum and switching transients.
+/// the sensor and reference channels, quadrature due to motion of the sensor, flags. Left out:
+/// mains hum, switching transients, motion of metal within a window, and leakage between carriers due to curvature.
 class ColumnWorld {
 public:
     /// `world` must be configured and outlive this object. Throws std::invalid_argument for a fault that acts on samples: a stuck

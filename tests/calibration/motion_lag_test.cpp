@@ -10,7 +10,7 @@ namespace tricoil::host {
 namespace {
 
 constexpr double kFrame_s = 1.0 / 240;
-constexpr double kQuadratureNoise = 1e-6;  // of a quadrature
+constexpr double kColumnNoise = 5e-7;  // of a coupling, in phase and in quadrature
 
 /// Couplings that oscillate, each at its own rate.
 Mat3<double> couplings(double time_s) {
@@ -38,8 +38,8 @@ void add_frames(MotionLag& lag, int frames, double speed, double noise, std::uin
     std::normal_distribution<double> normal(0, noise);
     for (int n = 0; n < frames; ++n) {
         const double time_s = speed * n * kFrame_s;
-        const Mat3<double> added = Mat3<double>::NullaryExpr([&] { return normal(random); });
-        lag.add(couplings(time_s), speed * rates(time_s) * true_lag_s() + added, kFrame_s);
+        const auto added = [&]() -> Mat3<double> { return Mat3<double>::NullaryExpr([&] { return normal(random); }); };
+        lag.add(couplings(time_s) + added(), speed * rates(time_s) * true_lag_s() + added(), noise * noise, kFrame_s);
     }
 }
 
@@ -48,7 +48,7 @@ TEST(MotionLag, IsFoundWithItsStandardDeviation) {
     double squares = 0;
     for (int run = 0; run < kRuns; ++run) {
         MotionLag lag;
-        add_frames(lag, 720, 1, kQuadratureNoise, static_cast<std::uint64_t>(run));
+        add_frames(lag, 720, 1, kColumnNoise, static_cast<std::uint64_t>(run));
         ASSERT_TRUE(lag.is_known());
         squares += ((lag.lag_s() - true_lag_s()).array() / lag.sigma_s().array()).square().mean() / kRuns;
     }
@@ -57,17 +57,17 @@ TEST(MotionLag, IsFoundWithItsStandardDeviation) {
 
 TEST(MotionLag, NeedsMotionAndQuadrature) {
     MotionLag resting;
-    add_frames(resting, 720, 0, kQuadratureNoise);
+    add_frames(resting, 720, 0, kColumnNoise);
     EXPECT_FALSE(resting.is_known());
     MotionLag few;
-    add_frames(few, 80, 1, kQuadratureNoise);
+    add_frames(few, 80, 1, kColumnNoise);
     EXPECT_FALSE(few.is_known());
     MotionLag noisy;
-    add_frames(noisy, 720, 1, 1e3 * kQuadratureNoise);
+    add_frames(noisy, 720, 1, 1e3 * kColumnNoise);
     EXPECT_FALSE(noisy.is_known());
     MotionLag without;  // a device that sends no quadrature
     for (int n = 0; n < 720; ++n) {
-        without.add(couplings(n * kFrame_s), Mat3<double>::Zero(), kFrame_s);
+        without.add(couplings(n * kFrame_s), Mat3<double>::Zero(), 0, kFrame_s);
     }
     EXPECT_FALSE(without.is_known());
 }
@@ -76,8 +76,8 @@ TEST(MotionLag, AGapIsNoMotion) {
     MotionLag lag;
     add_frames(lag, 720, 1, 0);
     lag.restart();
-    lag.add(1e3 * couplings(9), Mat3<double>::Zero(), kFrame_s);
-    lag.add(-1e3 * couplings(9), Mat3<double>::Zero(), kFrame_s);
+    lag.add(1e3 * couplings(9), Mat3<double>::Zero(), 0, kFrame_s);
+    lag.add(-1e3 * couplings(9), Mat3<double>::Zero(), 0, kFrame_s);
     lag.restart();
     EXPECT_LT((lag.lag_s() - true_lag_s()).norm(), 1e-2 * true_lag_s().norm());
 }

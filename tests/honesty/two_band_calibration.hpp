@@ -2,11 +2,13 @@
 #pragma once
 
 #include "board/host/calibration/motion_lag.hpp"
+#include "core/base/assertion.hpp"
 #include "core/calibration/calibration.hpp"
 #include "tests/support/metal_case.hpp"
 
 namespace tricoil::test {
 
+/// For 240 frames/s.
 inline calibration::Calibration<double> two_band_calibration(const signal::AcquisitionPlan& plan) {
     static const Mat3<double> lag_s = [&] {
         sim::Scenario hand = host::load_scenario("hand", 1);
@@ -21,10 +23,11 @@ inline calibration::Calibration<double> two_band_calibration(const signal::Acqui
                 in_phase.col(j) = column.in_phase;
                 quadrature.col(j) = column.quadrature;
                 if (j == kSourceCoils - 1) {
-                    lag.add(in_phase, quadrature, plan.block_s());
+                    lag.add(in_phase, quadrature, column.sigma.squaredNorm() / 3, plan.block_s());
                 }
             }
         }
+        TRICOIL_ASSERT(lag.is_known());
         return lag.lag_s();
     }();
     calibration::Calibration<double> coils;

@@ -29,8 +29,7 @@ WorldParams quiet() {
 
 /// Signal matrix that the demodulator computes from six blocks of the world: the newest column of each coil, in the low band if
 /// there is one.
-Mat3<double> demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan, double start_s = 0) {
-    world.configure(plan);
+Mat3<double> measured(CoilWorld& world, const signal::AcquisitionPlan& plan, double start_s) {
     signal::Demodulator<double> demodulator(plan, world.demodulation());
     std::vector<Sample> samples(static_cast<std::size_t>(plan.block_samples));
     Mat3<double> x = Mat3<double>::Zero();
@@ -49,6 +48,11 @@ Mat3<double> demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan, 
     return x;
 }
 
+Mat3<double> demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan) {
+    world.configure(plan);
+    return measured(world, plan, 0);
+}
+
 TEST(CoilWorld, DemodulatedCouplingsEqualTheFieldModel) {
     const Pose pose{{0.3, -0.2, 0.25}, Quat<double>(0.8, 0.2, -0.4, 0.1).normalized()};
     const StillMotion motion(pose);
@@ -65,8 +69,9 @@ TEST(CoilWorld, MotionLeaksIntoTheQuadratureAlsoAfterAStartAtAnyTime) {
     for (const auto multiplexing : {Multiplexing::fdm, Multiplexing::dual_band}) {
         const auto plan = plan_of(multiplexing);
         CoilWorld world(quiet(), motion, {});
-        for (const double start_s : {0.0, 0.0013, 0.1018, 0.2}) {
-            const Mat3<double> x = demodulated(world, plan, start_s);
+        world.configure(plan);
+        for (const double start_s : {0.0013, 0.1018, 0.2}) {  // with pauses
+            const Mat3<double> x = measured(world, plan, start_s);
             const Mat3<double> model = world.coupling(motion.at(start_s + 5.5 * plan.block_s()));
             EXPECT_LT((x - model).norm(), 2e-4 * model.norm()) << plan.carriers() << " carriers from " << start_s << " s";
         }

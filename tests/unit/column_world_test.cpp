@@ -110,7 +110,7 @@ TEST(ColumnWorld, NoiseEqualsThatOfDemodulatedSamples) {
     }
 }
 
-/// 3 m/s at 0.4 m. The limit of the quadrature allows for leakage between carriers in FDM.
+/// 3 m/s at 0.4 m.
 TEST(ColumnWorld, MovingSensorGivesTheMeanOverTheWindow) {
     const CircleMotion motion({0.4, 0, 0.2}, 0.1, 5);
     WorldParams params;

@@ -4,12 +4,14 @@
 
 namespace tricoil::host {
 
-void MotionLag::add(const Mat3<double>& in_phase, const Mat3<double>& quadrature, double frame_s) {
+void MotionLag::add(const Mat3<double>& in_phase, const Mat3<double>& quadrature, double variance, double frame_s) {
     constexpr int kForRate = 2;  // earlier frames
     if (frames_++ >= kForRate) {
         const auto& [middle, first] = before_;
         const Mat3<double> rate = (in_phase - first.in_phase) / (2 * frame_s);
         rate_rate_ += rate.transpose() * rate;
+        rate_rate_.diagonal().array() -=
+            3 * variance / (2 * frame_s * frame_s);  // the rate's noise would bias the lag towards zero
         rate_quadrature_ += rate.transpose() * middle.quadrature;
         quadrature_squared_ += middle.quadrature.colwise().squaredNorm().transpose();
         count_ += 1;
@@ -28,8 +30,9 @@ Mat3<double> MotionLag::sigma_s() const {
 
 bool MotionLag::is_known() const {
     constexpr double kFewest = 100;         // frames
-    constexpr double kLargestSigma = 0.02;  // of the lag
-    return count_ >= kFewest && !quadrature_squared_.isZero(0) && sigma_s().maxCoeff() <= kLargestSigma * lag_s().norm();
+    constexpr double kLargestSigma = 0.01;  // of the lag; three source coils add to 2 %
+    const double largest_s = kLargestSigma * lag_s().colwise().norm().minCoeff();
+    return count_ >= kFewest && !quadrature_squared_.isZero(0) && (sigma_s().array() <= largest_s).all();
 }
 
 }  // namespace tricoil::host

@@ -12,8 +12,8 @@ namespace tricoil::host {
 /// carriers and on their phases in the window.
 class MotionLag {
 public:
-    /// The next frame, frame_s after the last one. Columns: source coils.
-    void add(const Mat3<double>& in_phase, const Mat3<double>& quadrature, double frame_s);
+    /// The next frame, frame_s after the last one. Columns: source coils. variance: of a coupling's noise.
+    void add(const Mat3<double>& in_phase, const Mat3<double>& quadrature, double variance, double frame_s);
     /// The next frame does not follow the last one.
     void restart() { frames_ = 0; }
 

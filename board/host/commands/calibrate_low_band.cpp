@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "board/host/calibration/band_ratio.hpp"
@@ -18,19 +19,32 @@
 namespace tricoil::host {
 namespace {
 
-/// Time between frames. Throws InputError if the recording has no columns of two bands.
+/// Time between frames: the shortest of the first intervals, because frames may be lost. Throws InputError if the recording has
+/// no columns of two bands.
 double frame_of(const std::string& folder) {
+    constexpr int kIntervals = 50;
     RecordLines lines(folder, RecordFile::inputs);
-    std::optional<Column<double>> first;
+    std::optional<Column<double>> last;
+    double shortest_s = std::numeric_limits<double>::infinity();
+    int intervals = 0;
     for (std::string line; lines.next(line);) {
         const TrackerInput input = parse_input(line, lines.where());
         if (!has_couplings(input) || !input.column.flags.has(ColumnFlag::low_band)) {
             continue;
         }
-        if (first && first->state == input.column.state && input.column.midpoint > first->midpoint) {
-            return to_seconds(input.column.midpoint - first->midpoint);
+        if (last && last->state != input.column.state) {
+            continue;
         }
-        first = first ? first : std::optional(input.column);
+        if (last && input.column.midpoint > last->midpoint) {
+            shortest_s = std::min(shortest_s, to_seconds(input.column.midpoint - last->midpoint));
+            if (++intervals == kIntervals) {
+                break;
+            }
+        }
+        last = input.column;
+    }
+    if (intervals > 0) {
+        return shortest_s;
     }
     throw InputError(folder + ": has no columns of two bands; record with --mux dual-band, or with a device in this mode");
 }
@@ -55,6 +69,7 @@ public:
         const int j = coil_index(column.state);
         correction.correct_column(j, column.in_phase, column.quadrature, column.sigma);
         columns_ = column.midpoint == time_ ? columns_ + 1 : 1;
+        variance_ = column.sigma.squaredNorm() / 3;
         time_ = column.midpoint;
         in_phase_.col(j) = column.in_phase;
         quadrature_.col(j) = column.quadrature;
@@ -63,12 +78,15 @@ public:
     [[nodiscard]] DeviceTime time() const { return time_; }
     [[nodiscard]] const Mat3<double>& in_phase() const { return in_phase_; }
     [[nodiscard]] const Mat3<double>& quadrature() const { return quadrature_; }
+    /// Of a coupling's noise.
+    [[nodiscard]] double variance() const { return variance_; }
 
 private:
     DeviceTime time_{};
     int columns_ = 0;
     Mat3<double> in_phase_ = Mat3<double>::Zero();
     Mat3<double> quadrature_ = Mat3<double>::Zero();
+    double variance_ = 0;
 };
 
 /// The low columns of a frame follow its high columns.
@@ -95,7 +113,7 @@ void add_recording(const std::string& folder, double frame_s, const Corrections&
                     bands.lag.restart();
                 }
                 last_frame = frame.time();
-                bands.lag.add(frame.in_phase(), frame.quadrature(), frame_s);
+                bands.lag.add(frame.in_phase(), frame.quadrature(), frame.variance(), frame_s);
             }
         } else if (high[j].midpoint == column.midpoint) {
             if (column.midpoint - last[j] > longest_step || column.midpoint < last[j]) {

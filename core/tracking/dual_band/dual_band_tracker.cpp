@@ -120,7 +120,7 @@ void DualBandTracker::follow(const PoseEstimate<double>& high) {
     }
 }
 
-/// False if the bias is within the noise of the low band: the pose then stays as it is.
+/// False if the bands do not determine the bias better than the covariance of the high band: the pose then stays as it is.
 bool DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double>& estimate) const {
     const auto& [position, rotation, covariance] = bias;
     const Mat6<double> both = noise_covariance(estimate) + covariance;
@@ -148,7 +148,7 @@ bool DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double
     return is_better;
 }
 
-/// Metal that only the mean quadrature shows. The error that it may cause is at most what the low band would not show either.
+/// For metal that shows in the mean quadrature. The error that it may cause is at most what the low band would not show either.
 void DualBandTracker::cover_hidden_metal(const std::optional<MetalBiasEstimate>& bias, PoseEstimate<double>& estimate) const {
     if (params_.quadrature_floor >= 1) {
         return;

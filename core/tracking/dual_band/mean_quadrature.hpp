@@ -17,7 +17,7 @@ struct MeanQuadratureParams {
 };
 
 /// Eddy currents cause a quadrature. So does motion: it is subtracted if the calibration knows it, otherwise it counts as noise.
-/// Noise falls with the number of frames, so the mean shows a fifth of what QuadratureCheck sees in one frame.
+/// Noise falls with the number of frames, so the mean shows a seventh of what QuadratureCheck sees in one frame.
 class MeanQuadrature {
 public:
     explicit MeanQuadrature(const MeanQuadratureParams& params) : params_(params) {}
