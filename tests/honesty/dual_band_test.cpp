@@ -74,7 +74,10 @@ INSTANTIATE_TEST_SUITE_P(
             "metal:sheet,material=aluminium,width_m=0.15,height_m=0.15,thickness_m=0.0013,position_m=0.25/0.15/0,axis=0/1/0", 10},
         MetalAtRest{"copper_sphere", "metal:sphere,material=copper,radius_m=0.02,position_m=0.25/0.1/0", 1},
         MetalAtRest{"titanium_rod", "metal:rod,material=titanium,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 15},
-        MetalAtRest{"steel_304_rod", "metal:rod,material=304,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 15}),
+        MetalAtRest{"steel_304_rod", "metal:rod,material=304,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 15},
+        // The bands differ more in the misfit than in the pose.
+        MetalAtRest{"steel_416_rod", "metal:rod,material=416,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 1},
+        MetalAtRest{"low_carbon_steel_rod", "metal:rod,material=steel,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 1.5}),
     [](const auto& metal) { return metal.param.name; });
 
 }  // namespace

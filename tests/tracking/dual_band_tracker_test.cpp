@@ -99,6 +99,18 @@ TEST_F(DualBandTest, MetalWithAShareNearOneStaysInTheDeviation) {
     EXPECT_LT(error_m(pose), 4 * deviation_m(pose));
 }
 
+/// Its share differs between the couplings, by more than the misfit shows.
+TEST_F(DualBandTest, FerromagneticMetalStaysPartlyInTheDeviation) {
+    const auto deviation_beside = [&](double share, int frames) {
+        DualBandTracker tracker(params_);
+        return deviation_m(run(tracker, frames, {.share = share, .effect = -1e-4}));
+    };
+    const double high_m = deviation_beside(4, 1);
+    for (const double share : {-2.0, 4.0}) {
+        EXPECT_GT(deviation_beside(share, 80), 0.2 * high_m) << share;
+    }
+}
+
 /// A misfit of the coils is equal in both bands, so no comparison shows it.
 TEST_F(DualBandTest, MisfitOfTheCoilsStaysInTheDeviation) {
     params_.common.misfit_floor = 2e-3;
@@ -154,6 +166,7 @@ TEST_F(DualBandTest, AQuadratureBelowTheNoiseWidensTheDeviation) {
     EXPECT_GT(deviation_after(0, 20, 1e-6), 3 * clean_m);
     EXPECT_GT(deviation_after(0, 60, 1e-6), 3 * clean_m);
     EXPECT_LT(deviation_after(1, 60, 1e-6), 1.1 * clean_m) << "phases unknown";
+    EXPECT_LT(deviation_after(0, 60, 2e-5), deviation_after(0, 20, 2e-5) / 2) << "the low band would show more";
 }
 
 TEST_F(DualBandTest, TheLastPoseBecomesStale) {

@@ -34,6 +34,7 @@ public:
         const double spread = kSpread * value();
         return std::sqrt(1 / (high_high_ + kPriorWeight) + by_model_ + spread * spread);
     }
+    [[nodiscard]] bool is_ferromagnetic() const { return value() > 1 || value() + 2 * sigma() < 0; }
     /// Bias of the high band divided by the difference of the bands.
     [[nodiscard]] double gain() const { return 1 / apart(); }
     [[nodiscard]] double gain_sigma() const { return sigma() / (apart() * apart()); }
