@@ -31,7 +31,7 @@ TEST(BandRatio, IsFoundWithItsStandardDeviation) {
     truth << 1.002, 0.999, 1, 0.997, 1.001, 1.003, 1, 1, 0.998;
     constexpr int kRuns = 200;
     constexpr int kColumns = 900;
-    const double expected = kNoise / std::sqrt(kColumns / 3 / 3.0);  // the mean square of a coupling is 1/3
+    const double expected = kNoise / std::sqrt(kColumns / 9.0);  // a third of them per coil; the mean square of a coupling is 1/3
     Mat3<double> squares = Mat3<double>::Zero();
     for (int run = 0; run < kRuns; ++run) {
         const BandRatio bands = measured(truth, kColumns, static_cast<std::uint64_t>(run));
