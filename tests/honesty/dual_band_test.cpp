@@ -77,7 +77,13 @@ INSTANTIATE_TEST_SUITE_P(
         MetalAtRest{"steel_304_rod", "metal:rod,material=304,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 15},
         // The bands differ more in the misfit than in the pose.
         MetalAtRest{"steel_416_rod", "metal:rod,material=416,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 1},
-        MetalAtRest{"low_carbon_steel_rod", "metal:rod,material=steel,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 1.5}),
+        MetalAtRest{"low_carbon_steel_rod", "metal:rod,material=steel,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 1.5},
+        // The tracker does not improve it.
+        MetalAtRest{
+            "low_carbon_steel_sheet",
+            "metal:sheet,material=steel,width_m=0.1262,height_m=0.1262,thickness_m=0.0013,position_m=0.0445/0.0740/0.1046,"
+            "axis=0.860/0.040/0.509",
+            0.9}),
     [](const auto& metal) { return metal.param.name; });
 
 }  // namespace

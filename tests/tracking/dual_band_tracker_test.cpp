@@ -100,14 +100,14 @@ TEST_F(DualBandTest, MetalWithAShareNearOneStaysInTheDeviation) {
 }
 
 /// Its share differs between the couplings, by more than the misfit shows.
-TEST_F(DualBandTest, FerromagneticMetalStaysPartlyInTheDeviation) {
+TEST_F(DualBandTest, FerromagneticMetalStaysInTheDeviation) {
     const auto deviation_beside = [&](double share, int frames) {
         DualBandTracker tracker(params_);
         return deviation_m(run(tracker, frames, {.share = share, .effect = -1e-4}));
     };
     const double high_m = deviation_beside(4, 1);
     for (const double share : {-2.0, 4.0}) {
-        EXPECT_GT(deviation_beside(share, 80), 0.2 * high_m) << share;
+        EXPECT_GT(deviation_beside(share, 80), 0.9 * high_m) << share;
     }
 }
 

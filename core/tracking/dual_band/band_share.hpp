@@ -9,8 +9,9 @@
 namespace tricoil::tracking {
 
 /// Three of nine couplings are redundant. No pose changes them, so there the low band's misfit is `share` times that of the high
-/// band, at rest as well as in motion. Non-magnetic conductors have shares of 0 to 0.9; ferromagnetic metal acts more on the low
-/// band; its share is above 1, or negative. Metal whose share is near 1 cannot be told from a change of pose.
+/// band, at rest as well as in motion. Non-magnetic conductors have shares of 0 to 0.9. Ferromagnetic metal attracts the field
+/// along itself, most in the low band, and expels it across: its share differs between the couplings, and is often above 1 or
+/// negative. Metal whose share is near 1 cannot be told from a change of pose.
 ///
 /// It needs coils whose calibration leaves little misfit of its own. BandScalar uses changes of the misfit instead.
 class BandShare {
@@ -26,6 +27,10 @@ public:
         high_high_ = (1 - frame_weight_) * high_high_ + weight * high.squaredNorm();
         const double rest = (low - value() * high).squaredNorm();
         const double unexplained = std::max(rest - 3 * variance, 0.0) / 3;  // shares differ between the couplings
+        constexpr double kSignificant = 20;                                 // chi-square of three degrees of freedom
+        constexpr double kUnexplained = 0.3;
+        differs_ = rest > kSignificant * (variance + floor * floor) &&
+                   rest > kUnexplained * kUnexplained * (low.squaredNorm() + high.squaredNorm());
         by_model_ = (unexplained + 3 * floor * floor) / std::max(high.squaredNorm(), 1e-30);
     }
 
@@ -34,7 +39,11 @@ public:
         const double spread = kSpread * value();
         return std::sqrt(1 / (high_high_ + kPriorWeight) + by_model_ + spread * spread);
     }
-    [[nodiscard]] bool is_ferromagnetic() const { return value() > 1 || value() + 2 * sigma() < 0; }
+    /// True if no non-magnetic conductor has such a share, or if the misfits of the bands differ by more than a factor.
+    [[nodiscard]] bool is_ferromagnetic() const {
+        const double noise = 2 / std::sqrt(high_high_ + kPriorWeight);
+        return value() < -noise || value() > 1 + noise || differs_;
+    }
     /// Bias of the high band divided by the difference of the bands.
     [[nodiscard]] double gain() const { return 1 / apart(); }
     [[nodiscard]] double gain_sigma() const { return sigma() / (apart() * apart()); }
@@ -54,6 +63,7 @@ private:
     double low_high_ = 0;
     double high_high_ = 0;
     double by_model_ = 0;
+    bool differs_ = false;  // significantly between the couplings
 };
 
 }  // namespace tricoil::tracking
