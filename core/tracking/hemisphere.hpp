@@ -58,6 +58,14 @@ public:
         fresh_ = false;
     }
 
+    /// A pose that is too inaccurate to be followed. While its direction is within 60 degrees of the last followed pose, the
+    /// hemisphere stays known.
+    void see(const Vec3<Scalar>& position_m, DeviceTime time) {
+        if (!SidesOf::are_opposite(position_m, last_m_) && SidesOf::is_mirror_excluded(position_m, last_m_, Microseconds{0})) {
+            last_time_ = time;
+        }
+    }
+
     /// The device clock restarted: the age of the last pose is unknown.
     void forget() { followed_ = false; }
 

@@ -42,10 +42,13 @@ public:
     /// Result of a complete measurement: one column (TDM) or one frame (FDM).
     void measured(bool accepted) { in_row_ = accepted ? 0 : in_row_ + 1; }
 
+    /// Result of a comparison of the state with the pose of accepted columns.
+    void compared(bool agree) { contradictions_ = agree ? 0 : contradictions_ + 1; }
+
     /// True if each coil was accepted often enough since the last inflation and none is refused at present.
     [[nodiscard]] bool confirmed() const {
         const auto is_zero = [](int count) { return count == 0; };
-        return in_row_ == 0 && std::all_of(awaited_.begin(), awaited_.end(), is_zero) &&
+        return in_row_ == 0 && contradictions_ == 0 && std::all_of(awaited_.begin(), awaited_.end(), is_zero) &&
                std::all_of(refused_.begin(), refused_.end(), is_zero);
     }
 
@@ -55,9 +58,10 @@ public:
 
     [[nodiscard]] bool any_far() const { return far_[0] || far_[1] || far_[2]; }
 
-    /// True if three measurements in a row were refused, or three of one coil.
+    /// True if three measurements in a row were refused, or three of one coil, or six comparisons in a row contradict the state.
     [[nodiscard]] bool has_lost_sensor() const {
-        return in_row_ >= kMaxRefused || std::max({refused_[0], refused_[1], refused_[2]}) >= kMaxRefused;
+        return in_row_ >= kMaxRefused || contradictions_ >= kMaxContradictions ||
+               std::max({refused_[0], refused_[1], refused_[2]}) >= kMaxRefused;
     }
 
     /// Time since the last accepted column of this coil; without `coil`: the longest of the three.
@@ -69,6 +73,8 @@ public:
 private:
     static constexpr int kSeveral = 2;
     static constexpr int kMaxRefused = 3;
+    static constexpr int kMaxContradictions =
+        6;  // 25 ms at 240 frames/s; a fast sensor near the source contradicts in up to four
     static constexpr std::uint8_t kConfirming = 2;
     static std::size_t index(int coil) { return static_cast<std::size_t>(coil); }
 
@@ -77,6 +83,7 @@ private:
     std::array<bool, kSourceCoils> far_{};
     std::array<std::uint8_t, kSourceCoils> awaited_{};  // acceptances still needed after an inflation of the covariance
     int in_row_ = 0;
+    int contradictions_ = 0;  // in a row
 };
 
 }  // namespace tricoil::tracking::scaat

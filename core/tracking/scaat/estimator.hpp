@@ -1,6 +1,8 @@
 // Kalman filter: state, covariance and process noise, updated with one column at a time.
 #pragma once
 
+#include <cstdint>
+
 #include "core/tracking/scaat/acquisition.hpp"
 #include "core/tracking/scaat/coil_history.hpp"
 #include "core/tracking/scaat/noise_check.hpp"
@@ -35,9 +37,16 @@ public:
     void propagate_to(DeviceTime time);
     [[nodiscard]] State<Scalar> predicted(Microseconds ahead) const;
 
+    /// What other columns say of a column that contradicts the prediction.
+    enum class Trust : std::uint8_t {
+        none,   // nothing: it may be an outlier
+        agree,  // they agree with it: the sensor accelerates, or has jumped
+        near,   // they agree with it, and one of the same frame was near its prediction: the sensor accelerates
+    };
+
     /// Information on a column from the caller.
     struct Use {
-        bool trusted = false;   // other columns agree with it: if it contradicts the prediction, the sensor accelerates
+        Trust trust = Trust::none;
         bool in_frame = false;  // one of three simultaneous columns
         Unmodelled<Scalar> unmodelled;
     };

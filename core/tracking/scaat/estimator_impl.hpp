@@ -34,8 +34,9 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, const Use& use) {
     const int coil = coil_index(column.state);
     auto innovation = column_innovation<Scalar>(model_, state_, around, column, use.unmodelled);
-    const bool far = innovation.y.norm() > params_.most_inflated * column.in_phase.norm();
-    const bool may_inflate = use.trusted && !far && !history_.any_far();
+    const bool far = use.trust != Trust::near &&
+                     innovation.y.squaredNorm() > params_.most_inflated * params_.most_inflated * column.in_phase.squaredNorm();
+    const bool may_inflate = use.trust != Trust::none && !far && !history_.any_far();
     Vec3<Scalar> whitened = innovation.whitened();
     Scalar nis = whitened.squaredNorm();
     int inflations = 0;
@@ -54,7 +55,7 @@ bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Sc
     if (inflations > 0 && !use.in_frame) {
         history_.inflate();
     }
-    if (!use.trusted && innovation.late_s <= 0 && nis > Scalar(kDownweightAbove)) {
+    if (use.trust == Trust::none && innovation.late_s <= 0 && nis > Scalar(kDownweightAbove)) {
         const Scalar excess = nis / Scalar(kDownweightAbove);
         innovation.set_noise(excess * excess * excess * innovation.r);
     }

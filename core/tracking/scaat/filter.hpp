@@ -38,6 +38,7 @@ protected:
 
 private:
     using Pose = std::optional<PoseEstimate<Scalar>>;
+    using Trust = typename Estimator<Scalar, Model>::Trust;
 
     Pose do_update(const Column<Scalar>& column) final;
     Pose do_tick(DeviceTime now) final;
@@ -52,7 +53,9 @@ private:
     std::optional<SignalMatrix<Scalar>> take_into_frame(const Column<Scalar>& column);
     bool use_frame(const SignalMatrix<Scalar>& matrix);
     void use_waiting();
-    bool use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted);
+    bool use(const Column<Scalar>& column, const Motion<Scalar>& around, Trust trust);
+    [[nodiscard]] Trust trust_of_several() const { return estimator_.history().several_refused() ? Trust::agree : Trust::none; }
+    void compare_with_columns();
     [[nodiscard]] bool is_evenly_noisy() const;
     [[nodiscard]] bool is_within_gate(const StartPose<Scalar>& pose, Scalar sigma) const;
     Pose finish_measurement(bool has_matrix);
@@ -63,6 +66,8 @@ private:
     bool start(const SignalMatrix<Scalar>& matrix);
     std::optional<StartRates<Scalar>> rates_since_last_start(const StartPose<Scalar>& pose, DeviceTime time);
     void resolve_hemisphere(StartPose<Scalar>& pose, const SignalMatrix<Scalar>& matrix);
+    void turn_around();
+    [[nodiscard]] bool continue_side(Scalar deviation_m);
     void lose(DeviceTime time);
     void forget(DeviceTime time);
 
@@ -77,7 +82,8 @@ private:
     Estimator<Scalar, Model> estimator_;
     Health<Scalar, Model> health_;
     Hemisphere<Scalar> hemisphere_;
-    MotionEstimate<Scalar, 1> starts_{1};
+    bool is_vague_ = false;  // the last pose may have passed to the other side of the source
+    TimedPose<Scalar> last_start_;
     std::uint8_t sensor_ = 0;
 };
 

@@ -1,6 +1,9 @@
 // Definitions of Filter. Include only where it is instantiated for a field model.
 #pragma once
 
+#include <limits>
+#include <utility>
+
 #include "core/geometry/angles.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/tracking/scaat/estimator_impl.hpp"
@@ -69,10 +72,10 @@ auto Filter<Scalar, Model>::track_column(const Column<Scalar>& column) -> Pose {
     }
     health_.note(column);
     const bool complete = in_order && intake_.note(column);
-    const bool accepted = use(column, motion(), estimator_.history().several_refused());
+    const bool accepted = use(column, motion(), trust_of_several());
     estimator_.history().measured(accepted);
-    if (accepted) {
-        health_.take(column, motion(), estimator_.may_deskew());
+    if (accepted && health_.take(column, estimator_.may_deskew())) {
+        compare_with_columns();
     }
     return intake_.in_frames() ? std::nullopt : finish_measurement(complete);
 }
@@ -128,8 +131,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::use_waiting() {
     for (int j = 0; j < kSourceCoils; ++j) {
         if (intake_.is_waiting(j)) {
-            const bool trusted = estimator_.history().several_refused();
-            estimator_.history().measured(use(intake_.columns().latest(j), motion(), trusted));
+            estimator_.history().measured(use(intake_.columns().latest(j), motion(), trust_of_several()));
         }
     }
     intake_.clear_waiting();
@@ -148,16 +150,18 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
         around.position_m = pose->position_m;
         around.q_source_sensor = geometry::attitude_quaternion(pose->attitude);
     }
+    Trust trust = agree ? Trust::agree : Trust::none;
     int refused = 0;
     for (int j = 0; j < kSourceCoils; ++j) {
         const Motion<Scalar>& at = agree ? around : static_cast<const Motion<Scalar>&>(motion());
-        refused += use(intake_.columns().latest(j), at, agree) ? 0 : 1;
+        refused += use(intake_.columns().latest(j), at, trust) ? 0 : 1;
+        trust = agree && refused == 0 ? Trust::near : trust;
     }
     return 2 * refused < kSourceCoils && (!agree || is_within_gate(*pose, matrix.sigma));
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted) {
+bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, Trust trust) {
     // Share of the blur that does not have the form of a pose error, from the recorded motions and the paper's example III. A
     // larger value makes the filter lag behind the direct pose, a smaller one makes it refuse columns.
     constexpr double kUnmodelledBlur = 0.1;
@@ -168,16 +172,32 @@ bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scala
     const Scalar change =
         intake_.in_frames() ? Scalar(0) : Scalar(kResidualChange * kResidualChange / 3) * residual.squaredNorm();
     const Scalar variance = unmodelled + change + health_.start_variance() + health_.unremoved_variance();
-    return estimator_.use(column, around, {trusted, intake_.in_frames(), {variance, residual}});
+    return estimator_.use(column, around, {trust, intake_.in_frames(), {variance, residual}});
+}
+
+/// Compares the state with the pose of the last columns, deskewed without the filter. In TDM the state can follow a motion that
+/// repeats with every frame and fits each column alone: near metal such an oscillation grew to 58 mm.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+[[gnu::noinline]] void Filter<Scalar, Model>::compare_with_columns() {
+    const SignalMatrix<Scalar> matrix = health_.accepted().matrix();
+    const auto pose = health_.examine(matrix, &motion());
+    if (!pose.ok() || !health_.is_sensor() || matrix.newest != motion().time || pose->position_m.dot(motion().position_m) < 0) {
+        return;
+    }
+    // Two axes have nearly the same variance, the third a much smaller one, so half the sum is the largest.
+    const Scalar direct_m = position_deviation(pose->strength, pose->position_m.norm(), std::sqrt(health_.pose_variance()));
+    const Scalar variance = (motion().covariance.template topLeftCorner<3, 3>().trace() + direct_m * direct_m) / 2;
+    const bool beyond = (pose->position_m - motion().position_m).squaredNorm() > params_.gate * variance;
+    estimator_.history().compared(!beyond);
 }
 
 /// True if the nine noise values are similar enough for the direct pose, which gives all nine numbers equal weight.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::is_evenly_noisy() const {
     constexpr Scalar kMaxUneven = 30;
-    Scalar least = intake_.columns().latest(0).sigma.minCoeff();
-    Scalar most = intake_.columns().latest(0).sigma.maxCoeff();
-    for (int j = 1; j < kSourceCoils; ++j) {
+    Scalar least = std::numeric_limits<Scalar>::max();
+    Scalar most = 0;
+    for (int j = 0; j < kSourceCoils; ++j) {
         least = std::min(least, intake_.columns().latest(j).sigma.minCoeff());
         most = std::max(most, intake_.columns().latest(j).sigma.maxCoeff());
     }
@@ -255,8 +275,9 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
 /// have the same skew, so their difference does not contain it. Empty for a sensor at usual speed, and for simultaneous columns.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<StartRates<Scalar>> Filter<Scalar, Model>::rates_since_last_start(const StartPose<Scalar>& pose, DeviceTime time) {
-    const auto motion =
-        starts_.add(time, pose.position_m, geometry::attitude_quaternion(pose.attitude), 2 * common_.max_column_span);
+    const TimedPose<Scalar> before =
+        std::exchange(last_start_, {time, pose.position_m, geometry::attitude_quaternion(pose.attitude), true});
+    const auto motion = motion_between(before, last_start_, 2 * common_.max_column_span);
     if (!motion || (motion->velocity_m_s.norm() <= params_.start_speed_m_s &&
                     motion->angular_rate_rad_s.norm() <= params_.start_rate_rad_s)) {
         return std::nullopt;
@@ -279,6 +300,35 @@ void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const Si
         const auto turned = model_.near(matrix.x, pose.position_m, geometry::attitude_quaternion(pose.attitude));
         pose = turned.ok() ? *turned : pose;
     }
+}
+
+/// Replaces the state by its mirror image. Where X is not even, the mirror image is not a solution, so the filter searches again.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Filter<Scalar, Model>::turn_around() {
+    if (model_.is_even()) {
+        estimator_.mirror_state();
+    } else {
+        lose(motion().time);
+    }
+}
+
+/// A pose whose deviation is a large part of the range, beside metal, may pass to the other side of the source. When it is
+/// accurate again, the last accurate pose decides, or the couplings if they depend on the side. Returns false if the present pose
+/// may be on the wrong side.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Filter<Scalar, Model>::continue_side(Scalar deviation_m) {
+    constexpr Scalar kVagueShare = Scalar(0.5);
+    const bool was_vague = std::exchange(is_vague_, !(deviation_m <= kVagueShare * motion().position_m.norm()));
+    if (is_vague_) {
+        hemisphere_.see(motion().position_m, motion().time);
+        return true;
+    }
+    const bool turn = was_vague && (!model_.is_even() || hemisphere_.must_mirror(motion().position_m, motion().time));
+    if (turn) {
+        turn_around();
+    }
+    hemisphere_.follow(motion().position_m, motion().time);
+    return !turn && hemisphere_.known();
 }
 
 /// Tracking -> lost at once; lost -> searching after search_after.
@@ -327,11 +377,12 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose 
         estimate.predicted_error = expected_error(state, estimate.covariance, common_);
         cover_blur(estimate);
     }
-    estimate.flags.set_if(!(deviation_m(estimate) <= common_.max_deviation_m), PoseFlag::uncertain);
-    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
-    if (!estimate.flags.has_any(kDiscontinuous)) {
-        hemisphere_.follow(motion().position_m, motion().time);
+    const Scalar deviation = deviation_m(estimate);
+    estimate.flags.set_if(!(deviation <= common_.max_deviation_m), PoseFlag::uncertain);
+    if (!estimate.flags.has_any(kDiscontinuous) && !continue_side(deviation)) {
+        estimate.flags.set(PoseFlag::unconfirmed);
     }
+    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
     return reported;
 }
 
@@ -364,11 +415,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::do_set_hemisphere(const Vec3<Scalar>& towards) {
     hemisphere_.set(towards);
     if (motion().position_m.dot(towards) < 0) {
-        if (model_.is_even()) {
-            estimator_.mirror_state();
-        } else {  // X is not even: the mirror image is not a solution, so search again
-            lose(motion().time);
-        }
+        turn_around();
     }
 }
 

@@ -39,13 +39,17 @@ public:
         return pose;
     }
 
-    /// Adds a column that passed the gate. Once per frame the deskewed matrix of such columns is examined.
-    void take(const Column<Scalar>& column, const State<Scalar>& state, bool may_deskew) {
-        if (accepted_.note(column) && may_deskew && ++columns_since_ >= kSourceCoils) {
-            columns_since_ = 0;
-            (void)examine(accepted_.matrix(), &state);
+    /// Adds a column that passed the gate. True once per frame: then the matrix of accepted() is to be examined.
+    bool take(const Column<Scalar>& column, bool may_deskew) {
+        if (!accepted_.note(column) || !may_deskew || ++columns_since_ < kSourceCoils) {
+            return false;
         }
+        columns_since_ = 0;
+        return true;
     }
+
+    /// The last columns that passed the gate, deskewed.
+    [[nodiscard]] const SignalMatrixAssembler<Scalar>& accepted() const { return accepted_; }
 
     /// Notes a usable column.
     void note(const Column<Scalar>& column) { (void)motion_.add(column); }
@@ -67,6 +71,9 @@ public:
     [[nodiscard]] Scalar distortion_chi_square() const { return distortion_chi_square_; }
     [[nodiscard]] Scalar snr_db() const { return snr_db_; }
     [[nodiscard]] const Mat3<Scalar>& signal_matrix() const { return x_; }
+    /// Variance of a coupling for the pose of the last matrix: noise, calibrated coils, motion and misfit. Coupling units
+    /// squared.
+    [[nodiscard]] Scalar pose_variance() const { return pose_variance_; }
     /// Variance of a coupling due to blur, coupling units squared.
     [[nodiscard]] Scalar blur_variance() const { return blur_variance_; }
     /// Variance of a coupling due to a significant misfit of the signal matrix with which the filter started. Motion between its
@@ -96,6 +103,7 @@ private:
         const Scalar still = noise + floor * floor;
         const Scalar moved = motion_.error_variance(matrix, params_.window_s);
         const Scalar variance = still + moved;
+        pose_variance_ = variance + pose.misfit_squared / 3;
         const Scalar snr = pose.strength / matrix.sigma;
         distortion_chi_square_ = pose.misfit_squared / variance;
         snr_db_ = 20 * std::log10(snr);
@@ -143,6 +151,7 @@ private:
     Scalar distortion_chi_square_ = 0;
     Scalar snr_db_ = 0;
     Mat3<Scalar> x_ = Mat3<Scalar>::Zero();
+    Scalar pose_variance_ = 0;
     Scalar blur_variance_ = 0;
     Scalar start_variance_ = 0;
     Scalar strength_ = 1;
