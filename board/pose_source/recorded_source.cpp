@@ -7,7 +7,7 @@ namespace {
 
 std::optional<InputReplay> make_replay(const Recording& recording, const std::string& tracker) {
     if (recording.settings()) {
-        return InputReplay(tracker.empty() ? *recording.settings() : with_tracker(*recording.settings(), tracker));
+        return InputReplay(tracker.empty() ? *recording.settings() : with_tracker(recording, tracker));
     }
     if (!tracker.empty()) {
         throw InputError(recording.folder() + ": has no columns to track: the device computed the poses; leave the tracker out");

@@ -2,18 +2,26 @@
 
 #include <fmt/format.h>
 
+#include "board/record/two_band_frame.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/tracker_choice.hpp"
 
 namespace tricoil::host {
 
-TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string& tracker) {
-    TrackerSettings settings = recorded;
+TrackerSettings with_tracker(const Recording& recording, const std::string& tracker) {
+    TrackerSettings settings = *recording.settings();
     const tracking::MethodParams<double> method = method_of_name(tracker);
-    if (tracker != name_of_method(recorded.tracker.method)) {
-        refuse_dual_band(method, "the recording was not made with it (tricoil run --tracker dual-band)");
-        settings.tracker.method = method;
-        deskew_in_turn(settings.tracker);
+    if (tracker == name_of_method(settings.tracker.method)) {
+        return settings;
+    }
+    settings.tracker.method = method;
+    if (std::holds_alternative<tracking::DualBandParams>(method)) {
+        settings.tracker.method = tracking::dual_band_params(two_band_frame_s(recording.folder()));
+    }
+    deskew_in_turn(settings.tracker);
+    const Status status = tracking::AnyTracker<double>::check(settings.tracker, settings.calibration);
+    if (!status.ok()) {
+        throw InputError(fmt::format("{}: --tracker {}: {}", recording.folder(), tracker, status.message()));
     }
     return settings;
 }

@@ -7,14 +7,15 @@
 #include <vector>
 
 #include "board/record/record_lines.hpp"
+#include "board/record/recording.hpp"
 #include "board/record/tracker_settings.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 
 namespace tricoil::host {
 
-/// Settings of a recording with another tracker: direct, previous, previous-angles or scaat. Throws InputError for an unknown
-/// name and for settings that the tracker does not support.
-TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string& tracker);
+/// Settings of a recording, which must have some, with another tracker. Throws InputError for an unknown name, for settings that
+/// the tracker does not support, and like two_band_frame_s() for dual-band.
+TrackerSettings with_tracker(const Recording& recording, const std::string& tracker);
 
 /// One tracker per sensor, created again at each `begin` of the recording.
 class InputReplay {

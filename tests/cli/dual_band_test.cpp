@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/cli/cli_runner.hpp"
+#include "tests/support/csv_table.hpp"
 
 namespace tricoil::test {
 namespace {
@@ -48,6 +49,28 @@ TEST(DualBand, ARecordingReplaysBitForBit) {
     EXPECT_EQ(tricoil("replay " + take + " --tracker direct --out " + poses).exit_code, 0);
     EXPECT_EQ(read_file(poses),
               read_file(record("direct") + "/poses.csv"));  // the low band does not change a tracker of one band
+}
+
+TEST(DualBand, ARecordingOfAnotherTrackerReplaysWithBothBands) {
+    const std::string poses = path_in_temp("dual_band_poses.csv");
+    const auto record = [](const std::string& tracker) {
+        const std::string take = path_in_temp("dual_band_take_" + tracker);
+        std::filesystem::remove_all(take);
+        run("--tracker " + tracker + " --record " + take + kTitanium);
+        return take;
+    };
+    const std::string direct = record("direct");
+    const std::string take = record("dual-band");
+    EXPECT_EQ(tricoil("replay " + direct + " --tracker dual-band --out " + poses).exit_code, 0);
+    const CsvTable later(read_file(poses));
+    const CsvTable live(read_file(take + "/poses.csv"));  // with the exact time between frames, not that of time stamps
+    ASSERT_EQ(later.rows(), live.rows());
+    for (std::size_t n = 0; n < live.rows(); ++n) {
+        EXPECT_EQ(later.text(n, "flags"), live.text(n, "flags"));
+        for (const char* axis : {"x_m", "y_m", "z_m"}) {
+            EXPECT_NEAR(later.number(n, axis), live.number(n, axis), 1e-7);
+        }
+    }
 }
 
 std::string coils(const std::string& name, const std::string& low_band_ratio = "", const std::string& moment_2 = "6.75e-3") {
@@ -123,7 +146,7 @@ TEST(DualBand, UnsuitableOptionsAreRefused) {
         {"run --mux dual-band --rate-hz 144 --tracker dual-band", "use another frame rate"},
         {"run --mux dual-band --rate-hz 480", "fewer than two cycles of a low carrier per window"},
         {"run --mux dual-band --tracker fixed-direct", "integer trackers use one band"},
-        {"replay " + take + " --tracker dual-band", "the recording was not made with it"},
+        {"replay " + take + " --tracker dual-band", "has no columns of two bands"},
         {"calibrate --low-band --out x.toml " + take, "--low-band needs --calibration FILE.toml"},
         {"calibrate --low-band --calibration " + coils("coils.toml") + " --out x.toml " + take, "has no columns of two bands"},
         {"calibrate --low-band --grid --spacing-mm 50 --calibration " + coils("coils.toml") + " --out x.toml " + take,

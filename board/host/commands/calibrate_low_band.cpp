@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "board/host/calibration/band_ratio.hpp"
 #include "board/host/calibration/motion_lag.hpp"
 #include "board/record/recording.hpp"
+#include "board/record/two_band_frame.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
 #include "core/calibration/coil_correction.hpp"
@@ -18,36 +18,6 @@
 
 namespace tricoil::host {
 namespace {
-
-/// Time between frames: the shortest of the first intervals, because frames may be lost. Throws InputError if the recording has
-/// no columns of two bands.
-double frame_of(const std::string& folder) {
-    constexpr int kIntervals = 50;
-    RecordLines lines(folder, RecordFile::inputs);
-    std::optional<Column<double>> last;
-    double shortest_s = std::numeric_limits<double>::infinity();
-    int intervals = 0;
-    for (std::string line; lines.next(line);) {
-        const TrackerInput input = parse_input(line, lines.where());
-        if (!has_couplings(input) || !input.column.flags.has(ColumnFlag::low_band)) {
-            continue;
-        }
-        if (last && last->state != input.column.state) {
-            continue;
-        }
-        if (last && input.column.midpoint > last->midpoint) {
-            shortest_s = std::min(shortest_s, to_seconds(input.column.midpoint - last->midpoint));
-            if (++intervals == kIntervals) {
-                break;
-            }
-        }
-        last = input.column;
-    }
-    if (intervals > 0) {
-        return shortest_s;
-    }
-    throw InputError(folder + ": has no columns of two bands; record with --mux dual-band, or with a device in this mode");
-}
 
 /// What the recordings give.
 struct Bands {
@@ -127,14 +97,6 @@ void add_recording(const std::string& folder, double frame_s, const Corrections&
     }
 }
 
-BandRatio ratio_for(const std::string& folder, double frame_s) {
-    const int window = tracking::dual_band_params(frame_s).window_frames;
-    if (window == 0) {
-        throw InputError(folder + ": 0.1 to 0.2 s hold no whole number of its frames; record at another frame rate");
-    }
-    return BandRatio(window);
-}
-
 /// All recordings must have the frame rate of the first one.
 Bands bands_of(const std::vector<std::string>& recordings, const calibration::Calibration<double>& coils) {
     const auto phases = calibration::CoilCorrection<double>::phases(coils);
@@ -144,9 +106,9 @@ Bands bands_of(const std::vector<std::string>& recordings, const calibration::Ca
     double first_s = 0;
     for (const std::string& folder : recordings) {
         const Recording recording(folder);  // checks the files
-        const double frame_s = frame_of(folder);
+        const double frame_s = two_band_frame_s(folder);
         if (!bands) {
-            bands = Bands{ratio_for(folder, frame_s), {}};
+            bands = Bands{BandRatio(tracking::dual_band_params(frame_s).window_frames), {}};
             first_s = frame_s;
         } else if (std::abs(frame_s / first_s - 1) > 0.01) {
             throw InputError(folder + ": has another frame rate than " + recordings.front() + "; calibrate from one rate");

@@ -61,8 +61,7 @@ int run_replay(const ReplayCommand& command) {
     if (!command.out.empty()) {
         recording.refuse_as_output(command.out);
     }
-    const TrackerSettings settings =
-        command.tracker.empty() ? *recording.settings() : with_tracker(*recording.settings(), command.tracker);
+    const TrackerSettings settings = command.tracker.empty() ? *recording.settings() : with_tracker(recording, command.tracker);
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
     Progress progress("replay");
     const ReplayReport report = replay(recording, settings, command.out, progress.part(0, 1));
