@@ -252,5 +252,33 @@ TEST_F(Surroundings, RefuseTooFewPosesAndDegenerateGrids) {
     expect_refused(calibrate(path("grid.csv")), "is not in the calibration; use --refit-fixtures");
 }
 
+/// The fit gives a wrong pose little weight, but its error must not be stored as that of the dipoles.
+TEST_F(Surroundings, RefuseAPoseThatDoesNotFitTheOthers) {
+    constexpr std::size_t kPose = 14;
+    auto lines = lines_of(data("grid"));
+    const auto fields = host::split(lines[kPose], ',');
+    const std::size_t x22 = fields.size() - 18 + 4;  // couplings and quadratures
+    std::string wrong;
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+        const std::string field(fields[k]);
+        wrong += (k > 0 ? "," : "") + (k == x22 ? std::to_string(-std::stod(field)) : field);
+    }
+    lines[kPose] = wrong;
+    std::string text;
+    for (const std::string& line : lines) {
+        text += line + "\n";
+    }
+    expect_refused(calibrate(write("soYoutZup_seYoutZup_wrong.csv", text)), "pose 14 of 27 does not fit the others");
+}
+
+TEST_F(Surroundings, KeepTheirCalibration) {
+    const std::string before = read_file(path("coils.toml"));
+    const std::string command = "calibrate --surroundings --calibration " + path("coils.toml") + " " + data("grid") + " --out ";
+    expect_refused(tricoil(command + path("coils.toml")), "is also an input file");
+    expect_refused(tricoil(command + path("room.toml") + " --blob " + path("coils.toml")), "is also an input file");
+    expect_refused(calibrate("--model finite " + data("grid")), "not with --surroundings");
+    EXPECT_EQ(read_file(path("coils.toml")), before);
+}
+
 }  // namespace
 }  // namespace tricoil::test

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/evaluation.hpp"
+#include "board/host/calibration/fit_quality.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
@@ -116,16 +118,27 @@ ModelErrors errors_of_model(const field::GeneralDipole<double>& model, const Sur
         const auto solution = solve_tolerant(model, data.poses[k].x, truths[k].position_m);
         if (!solution.ok() || !solution->refinement.converged()) {
             ++errors.not_converged;
+            errors.error_m.push_back(std::numeric_limits<double>::infinity());
             continue;
         }
         const double error_m = (solution->refinement.pose.position_m - truths[k].position_m).norm();
         squares += error_m * error_m;
         errors.position_max_m = std::max(errors.position_max_m, error_m);
+        errors.error_m.push_back(error_m);
         errors.misfit_max = std::max(errors.misfit_max, solution->refinement.misfit_share);
     }
     errors.position_rms_m =
         std::sqrt(squares / static_cast<double>(std::max<std::size_t>(truths.size() - errors.not_converged, 1)));
     return errors;
+}
+
+std::optional<std::size_t> find_outlier(const ModelErrors& errors, const std::vector<solver::RigidPose<double>>& truths) {
+    constexpr double kOfMedian = 20;
+    constexpr double kOfRange = 0.01;
+    const auto worst = std::max_element(errors.error_m.begin(), errors.error_m.end());
+    const auto index = static_cast<std::size_t>(worst - errors.error_m.begin());
+    const bool is_outlier = *worst > kOfMedian * median(errors.error_m) && *worst > kOfRange * truths[index].position_m.norm();
+    return is_outlier ? std::optional(index) : std::nullopt;
 }
 
 }  // namespace tricoil::host

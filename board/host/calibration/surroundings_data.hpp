@@ -1,6 +1,7 @@
 // Input of the fit of the surroundings: from poses on a stage, or from a printed grid.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "board/host/calibration/frame_file.hpp"
@@ -25,8 +26,12 @@ struct ModelErrors {
     double position_max_m = 0;
     double misfit_max = 0;          // largest share of the couplings that no pose explains
     std::size_t not_converged = 0;  // not in the figures above
+    std::vector<double> error_m;    // by pose; infinite without convergence
 };
 ModelErrors errors_of_model(const field::GeneralDipole<double>& model, const SurroundingsData& data,
                             const std::vector<solver::RigidPose<double>>& truths);
+
+/// Index of a pose whose error is far above that of the others, or that has no solution.
+std::optional<std::size_t> find_outlier(const ModelErrors& errors, const std::vector<solver::RigidPose<double>>& truths);
 
 }  // namespace tricoil::host

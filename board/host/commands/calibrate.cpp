@@ -144,6 +144,9 @@ void check_surroundings_usage(const CalibrateCommand& c) {
         throw InputError(
             "--surroundings works with poses of a stage or, with --grid, of a grid; remove the other kind of calibration");
     }
+    if (!c.model.empty() || c.fixtures != "free") {
+        throw InputError("--model and --fixtures: not with --surroundings, which keeps the coils and fixtures of --calibration");
+    }
     if (c.grid && c.refit_fixtures) {
         throw InputError("--refit-fixtures: not with --grid, whose place is always estimated");
     }
@@ -160,8 +163,10 @@ void check_low_band_usage(const CalibrateCommand& c) {
 }
 
 void check_files(const CalibrateCommand& c) {
-    refuse_input_as_output("--out", c.out, c.data);
-    refuse_input_as_output("--blob", c.blob, c.data);
+    for (const std::vector<std::string>& inputs : {c.data, {c.calibration}}) {
+        refuse_input_as_output("--out", c.out, inputs);
+        refuse_input_as_output("--blob", c.blob, inputs);
+    }
     std::error_code error;
     const auto place = [&](const std::string& path) {
         return std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);

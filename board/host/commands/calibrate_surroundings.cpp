@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
@@ -49,6 +51,29 @@ Json json_of(const ModelErrors& errors) {
             {"not_converged", errors.not_converged}};
 }
 
+/// Throws InputError for a pose that does not fit the others, and for dipoles that increase the error.
+void refuse_bad_fit(const ModelErrors& without, const ModelErrors& with, const std::vector<solver::RigidPose<double>>& truths) {
+    const std::size_t poses = truths.size();
+    if (const auto pose = find_outlier(with, truths)) {
+        const double error_m = with.error_m[*pose];
+        throw InputError(fmt::format(
+            "pose {} of {} does not fit the others: {}; its data are wrong, or metal is too near: correct or remove it",
+            *pose + 1, poses,
+            std::isinf(error_m)
+                ? "its couplings give no pose"
+                : fmt::format("{:.1f} mm of error, RMS of all {:.1f} mm", 1e3 * error_m, 1e3 * with.position_rms_m)));
+    }
+    if (with.not_converged > without.not_converged ||
+        (with.not_converged == without.not_converged && !(with.position_rms_m < without.position_rms_m))) {
+        throw InputError(fmt::format(
+            "the virtual dipoles make the poses worse: {:.3f} mm RMS without them, {:.3f} mm with them, {} of {} poses without "
+            "a solution; use the calibration without surroundings",
+            1e3 * without.position_rms_m, 1e3 * with.position_rms_m, with.not_converged, poses));
+    }
+}
+
+std::string dipole_count(std::size_t dipoles) { return fmt::format("{} virtual dipole{}", dipoles, dipoles == 1 ? "" : "s"); }
+
 }  // namespace
 
 CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json& result) {
@@ -65,6 +90,7 @@ CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json&
     }
     const ModelErrors without = errors_of_model(coils.calibration.model, data, fit.truths);
     const ModelErrors with = errors_of_model(file.calibration.model, data, fit.truths);
+    refuse_bad_fit(without, with, fit.truths);
     file.calibration.misfit_floor = misfit_floor_of(with.misfit_max);
     result["poses"] = data.poses.size();
     result["dipoles"] = Json::array();
@@ -86,7 +112,7 @@ CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json&
 }
 
 std::string surroundings_result_text(const Json& r) {
-    std::string text = fill(r, "{poses} poses; ") + fmt::format("{} virtual dipoles", r["dipoles"].size()) +
+    std::string text = fill(r, "{poses} poses; ") + dipole_count(r["dipoles"].size()) +
                        fill(r,
                             "; residuals as pose errors {residual_before_m in mm:.3f} mm without them, {residual_m in mm:.3f} "
                             "mm with them (RMS)\n");
