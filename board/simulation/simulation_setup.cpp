@@ -1,5 +1,7 @@
 #include "board/simulation/simulation_setup.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "board/support/errors.hpp"
@@ -27,14 +29,19 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
     } else if (options.speed != 1 || options.place_m != SimulationOptions{}.place_m) {
         throw InputError("--speed and --place: no recorded path to play; add --trajectory FILE");
     }
-    for (const std::string& fault : options.faults) {
-        scenario.faults.push_back(parse_fault(fault));
-    }
     if (options.no_noise) {
         scenario.world.converter.noise_v_per_sqrt_hz = 0;
         scenario.world.mains_v = 0;
     }
     scenario.duration_s = options.duration_s.value_or(scenario.duration_s);
+    for (const std::string& text : options.faults) {
+        const sim::Fault fault = parse_fault(text);
+        if (fault.begin_s > 0 && fault.begin_s >= scenario.duration_s) {
+            throw InputError(
+                fmt::format("fault '{}': begins at {} s, but the run ends at {} s", text, fault.begin_s, scenario.duration_s));
+        }
+        scenario.faults.push_back(fault);
+    }
     sim::check_metal(scenario);
     return scenario;
 }
@@ -74,6 +81,8 @@ tracking::MethodParams<double> make_method(const SimulationOptions& options, con
     refuse_bad(tracking::check(tracking::TrackerParams<double>{{}, previous}));
     if (auto* chosen = std::get_if<tracking::PreviousParams>(&method)) {
         chosen->passes = options.passes;
+    } else if (options.passes != SimulationOptions{}.passes) {
+        throw InputError("--passes: only with --tracker previous, previous-angles or fixed-previous");
     }
     const Microseconds ahead = prediction_of_option(options.tracker, options.predict_ahead_s);
     if (auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method); scaat != nullptr && ahead.count() > 0) {

@@ -75,7 +75,7 @@ std::vector<VirtualDipole> read_surroundings(CheckedTable& top) {
     std::vector<VirtualDipole> surroundings;
     for (CheckedTable& table : tables) {
         VirtualDipole dipole;
-        table.require(table.has("position_m"), "position_m", "is missing");
+        table.need("position_m");
         dipole.position_m = table.vector("position_m", dipole.position_m);
         dipole.polarisability_m3 = table.matrix("polarisability_m3", dipole.polarisability_m3);
         const Mat3<double>& a = dipole.polarisability_m3;

@@ -102,12 +102,13 @@ std::string CheckedTable::text(const std::string& key, const std::string& fallba
 std::string CheckedTable::choice(const std::string& key, const std::vector<std::string>& choices) {
     const std::string value = text(key, "");
     if (value.empty()) {
-        throw_error(key, nullptr, "is missing");
+        need(key);
+        throw_error(key, find(key), "is empty");
     }
     try {
-        return choices[index_of_name(prefix_ + key, value, choices)];
+        return choices[index_of_name("value", value, choices)];
     } catch (const InputError& error) {
-        throw_error(key, find(key), error.what());
+        throw_error(key, find(key), std::string("has the ") + error.what());
     }
 }
 
@@ -177,6 +178,19 @@ std::vector<CheckedTable> CheckedTable::children(const std::string& key) {
         throw_error(key, node, "must be tables, [[" + key + "]]");
     }
     return tables;
+}
+
+void CheckedTable::need(const std::string& key) {
+    if (find(key) != nullptr) {
+        return;
+    }
+    for (const auto& [other, node] : *table_) {
+        const std::string typed(other.str());
+        if (!known_.contains(typed) && !nearest_name(typed, {key}).empty()) {
+            throw_error(key, &node, "is missing; '" + prefix_ + typed + "' is not a known key");
+        }
+    }
+    throw_error(key, nullptr, "is missing");
 }
 
 void CheckedTable::require(bool good, const std::string& key, const std::string& what) {

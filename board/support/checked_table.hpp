@@ -39,6 +39,9 @@ public:
 
     std::vector<CheckedTable> children(const std::string& key);  // [[key]]; none if absent
 
+    /// Throws InputError if the key is absent; names an unread key of the table that is nearly the same.
+    void need(const std::string& key);
+
     /// Throws InputError with file, line and key if `good` is false. `what`: the violated requirement.
     void require(bool good, const std::string& key, const std::string& what);
 

@@ -1,5 +1,6 @@
 #include "board/support/terminal_text.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -83,7 +84,9 @@ void print_error(std::string_view program, std::string_view text) {
     if (status_line != nullptr) {
         (void)draw_status_line(status_line, "");
     }
-    put((has_colours(stderr) ? painted(label, Colour::red) : label) + " " + terminal_text(text) + "\n", stderr);
+    std::string line = terminal_text(text);
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    put((has_colours(stderr) ? painted(label, Colour::red) : label) + " " + line + "\n", stderr);
 }
 
 bool draw_status_line(std::FILE* terminal, std::string_view text) {

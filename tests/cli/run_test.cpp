@@ -317,6 +317,7 @@ TEST(Run, CouplingsAreASuccessWithoutAValidPose) {
     const std::string metal = "run --scenario still --duration 1 --fidelity columns --fault metal:0.25,0.12,0,0.06";
     const auto poses = tricoil(metal);
     EXPECT_EQ(poses.exit_code, 1) << poses.out;
+    EXPECT_THAT(poses.err, HasSubstr("is metal near the coils")) << "the half space is known";
     const auto couplings = tricoil(metal + " --couplings " + file);
     EXPECT_EQ(couplings.exit_code, 0) << couplings.err;
     EXPECT_THAT(couplings.err, HasSubstr("no valid pose"));

@@ -95,7 +95,7 @@ TEST(Usage, ConfigurationErrorsNameTheLine) {
     refuse("device = \"can:can0\"\nspeed = 3", "2: 'speed' is not a known key");
     refuse("\n\n[coils]\nchip = \"x\"\ns1 = \"a\"\ns2 = \"b\"\ns3 = \"a\"", "7: 'coils.s3' is the line of another coil");
     refuse("[coils]\nchip = 1", "2: 'coils.chip' must be a string in quotes");
-    refuse("[tracker]\nmethod = \"scat\"", "2: 'tracker.method' unknown tracker.method 'scat'; did you mean 'scaat'?");
+    refuse("[tracker]\nmethod = \"scat\"", "2: 'tracker.method' has the unknown value 'scat'; did you mean 'scaat'?");
     refuse("[realtime]\npriority = 100", "2: 'realtime.priority' must be a whole number from 0 to 99");
     refuse("[tracker]\nconfined = 1", "2: 'tracker.confined' must be true or false");
     refuse("[health]\nmissing_percent = 101", "2: 'health.missing_percent' must be 100 or less");
@@ -166,6 +166,8 @@ TEST(Usage, NumbersOutOfRangeAreNamed) {
     expect_usage_error("run --duration nan", "--duration");
     expect_usage_error("run --duration -1", "--duration");
     expect_usage_error("run --passes 0", "passes");
+    expect_usage_error("run --passes 2 --tracker scaat", "--passes: only with --tracker previous");
+    expect_usage_error("run --duration 1 --fault unplugged@50-60", "begins at 50 s, but the run ends at 1 s");
     expect_usage_error("run --hemisphere 1,0", "--hemisphere");
     expect_usage_error("run --hemisphere inf,0,0", "--hemisphere");
     expect_usage_error("run --fault dropped_blocks:2", "0 to 1");

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <iomanip>
 
 #include "tests/cli/cli_runner.hpp"
@@ -110,8 +111,9 @@ TEST_F(Couplings, TheScalarCanBeGiven) {
 }
 
 TEST_F(Couplings, WrongOptionsAreRefused) {
-    expect_refused("--ratio must be from 2", "", "1");
-    expect_refused("not an integer", "", "12.5");
+    for (const char* ratio : {"1", "0", "100001", "12.5", "18446744073709551616"}) {
+        expect_refused(std::string("--ratio: ") + ratio + " is not a whole number from 2 to 100000", "", ratio);
+    }
     expect_refused("--scalar must be from -20 to 20, and not within 0.05 of -1", "--scalar -0.96");
     expect_refused("--scalar must be", "--scalar nan");
     expect_refused("--rate-hz must be", "--rate-hz 0");
@@ -167,6 +169,21 @@ TEST_F(Couplings, AnotherCalibrationIsRefused) {
     expect_refused("'low' is missing; the calibration of both bands is needed");
     calibration_ = nlohmann::json::array();
     expect_refused("is not a JSON object");
+}
+
+TEST_F(Couplings, ACalibrationThatIsNoJsonIsRefusedWithItsLine) {
+    const auto expect_refused_text = [&](const std::string& text, const std::string& what) {
+        const CliResult result = tricoil("couplings --high " + high_ + " --low " + low_ + " --ratio 32 --calibration " +
+                                         write_file("calibration.json", text) + " --out " + out());
+        EXPECT_EQ(result.exit_code, 2) << result.err;
+        EXPECT_THAT(result.err, HasSubstr("calibration.json:" + what));
+    };
+    std::string text = calibration_.dump(1);
+    const std::size_t number = text.find_first_of("0123456789");
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(number), '\n');
+    expect_refused_text(text.substr(0, number) + "NaN" + text.substr(number + 1), std::to_string(line) + ": is not JSON; NaN");
+    expect_refused_text(text.substr(0, number), std::to_string(line) + ": the JSON ends too early");
+    expect_refused_text(text.substr(0, number) + "1e999" + text.substr(number + 1), " a number is too large");
 }
 
 TEST_F(Couplings, InputFilesAreNotOverwritten) {

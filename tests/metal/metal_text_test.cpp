@@ -54,19 +54,23 @@ TEST(MetalText, KeysNameMaterialAndPath) {
 
 TEST(MetalText, NamesEveryError) {
     const std::string rest = ",radius_m=0.02,position_m=0.5/0/0";
-    EXPECT_THAT(refusal("sphere,material=coper" + rest), HasSubstr("did you mean 'copper'"));
+    EXPECT_THAT(refusal("sphere,material=coper" + rest),
+                HasSubstr("'material' has the unknown value 'coper'; did you mean 'copper'"));
     EXPECT_THAT(refusal("spere,material=copper" + rest), HasSubstr("did you mean 'sphere'"));
     EXPECT_THAT(refusal("sphere" + rest), HasSubstr("'material' is missing"));
     EXPECT_THAT(refusal("sphere,conductivity_s_m=-1" + rest), AllOf(HasSubstr("conductivity_s_m"), HasSubstr("positive")));
     EXPECT_THAT(refusal("sphere,conductivity_s_m=1e12" + rest), HasSubstr("at most 1e8"));
     EXPECT_THAT(refusal("sphere,material=copper,relative_permeability=0.1" + rest), HasSubstr("1 to 1e6"));
-    EXPECT_THAT(refusal("sphere,material=copper,radius_m=-1,position_m=0.5/0/0"), HasSubstr("positive"));
-    EXPECT_THAT(refusal("sphere,material=copper,radius_m=1e3,position_m=0.5/0/0"), HasSubstr("at most 10 m"));
+    EXPECT_THAT(refusal("sphere,material=copper,radius_m=-1,position_m=0.5/0/0"), HasSubstr("from 0.1 mm to 10 m"));
+    EXPECT_THAT(refusal("sphere,material=copper,radius_m=1e3,position_m=0.5/0/0"), HasSubstr("from 0.1 mm to 10 m"));
     EXPECT_THAT(refusal("sphere,material=copper,position_m=0.5/0/0"), HasSubstr("'radius_m' is missing"));
     EXPECT_THAT(refusal("sphere,material=copper,radius_m=0.1"), HasSubstr("'position_m' is missing"));
     EXPECT_THAT(refusal("sphere,material=copper,radius_m=0.1,position_m=0.5/0"), HasSubstr("three finite numbers"));
     EXPECT_THAT(refusal("sphere,material=copper,radius_m=0.1,position_m=0.5/0/x"), HasSubstr("'x' of 'position_m'"));
-    EXPECT_THAT(refusal("sphere,material=copper,radius=0.1,position_m=0.5/0/0"), HasSubstr("'radius_m' is missing"));
+    EXPECT_THAT(refusal("sphere,material=copper,radius=0.1,position_m=0.5/0/0"),
+                HasSubstr("'radius_m' is missing; 'radius' is not a known key"));
+    EXPECT_THAT(refusal("sphere,material=copper,radus_m=0.1,position_m=0.5/0/0"), HasSubstr("; 'radus_m' is not a known key"));
+    EXPECT_THAT(refusal("sphere,material=copper,radius_m=1e-9,position_m=0.5/0/0"), HasSubstr("from 0.1 mm to 10 m"));
     EXPECT_THAT(refusal("sphere,material=copper,colour=3" + rest), HasSubstr("'colour' is not a known key"));
     EXPECT_THAT(refusal("sphere,material=copper,speed_m_s=1" + rest), HasSubstr("must be given together"));
     EXPECT_THAT(refusal("sphere,copper" + rest), HasSubstr("not KEY=VALUE"));
@@ -127,6 +131,8 @@ TEST(MetalText, ShapesHaveSizesAndDirections) {
     EXPECT_THAT(refusal("rod,diameter_m=0.1,length_m=0.39" + place), HasSubstr("at least four diameters"));
     EXPECT_THAT(refusal("tube,diameter_m=0.01,length_m=0.1,wall_m=0.005" + place), HasSubstr("less than half"));
     EXPECT_THAT(refusal("sheet,width_m=0.1,height_m=0.1,thickness_m=0.1" + place), HasSubstr("at most a fifth"));
+    EXPECT_THAT(refusal("sheet,width_m=0.1,height_m=0.1,thickness_m=1e-12" + place), HasSubstr("at least 1 micrometre"));
+    EXPECT_THAT(refusal("tube,diameter_m=0.01,length_m=0.1,wall_m=1e-9" + place), HasSubstr("at least 1 micrometre"));
     EXPECT_THAT(refusal("rod,radius_m=0.1,diameter_m=0.01,length_m=0.1" + place), HasSubstr("'radius_m' is not a known key"));
     EXPECT_THAT(refusal("rod,diameter_m=0.01,length_m=0.1,axis=0/0/0" + place), HasSubstr("'axis' must not be zero"));
 }

@@ -52,7 +52,7 @@ TEST(Fault, NamesEveryError) {
     EXPECT_THAT(error_message("dropped_blocks:1.5"), HasSubstr("0 to 1"));
     EXPECT_THAT(error_message("dropped_blocks:nan"), HasSubstr("not a number"));
     EXPECT_THAT(error_message("metal:1,2,3"), HasSubstr("x,y,z,radius"));
-    EXPECT_THAT(error_message("metal:1,2,3,-1"), HasSubstr("positive"));
+    EXPECT_THAT(error_message("metal:1,2,3,-1"), HasSubstr("from 0.1 mm to 10 m"));
     EXPECT_THAT(error_message("unplugged:now"), HasSubstr("no argument"));
     EXPECT_THAT(error_message("unplugged@2-1"), HasSubstr("in order"));
     EXPECT_THAT(error_message("unplugged@soon"), HasSubstr("not a number"));

@@ -37,12 +37,9 @@ struct CouplingsCommand {
     bool json = false;
 };
 
-std::size_t ratio_of(const std::string& text) {
-    const std::uint64_t ratio = std::stoull(text);  // refuse_overflow has checked it
-    if (ratio < 2 || ratio > kMaxRatio) {
-        throw InputError(fmt::format("--ratio must be from 2 to {}", kMaxRatio));
-    }
-    return static_cast<std::size_t>(ratio);
+std::string refuse_bad_ratio(const std::string& text) {
+    const bool fits = refuse_overflow(text).empty() && std::stoull(text) >= 2 && std::stoull(text) <= kMaxRatio;
+    return fits ? "" : fmt::format("{} is not a whole number from 2 to {}", text, kMaxRatio);
 }
 
 tracking::DualRateParams params_of(const CouplingsCommand& c) {
@@ -88,7 +85,7 @@ std::string couplings_text(const Json& r) {
 }
 
 int run_command(CouplingsCommand& c) {
-    c.files.ratio = ratio_of(c.ratio);
+    c.files.ratio = std::stoull(c.ratio);
     const auto params = params_of(c);
     refuse_input_as_output("--out", c.out, {c.files.high, c.files.low, c.calibration});
     const BandModels models = read_band_models(c.calibration);
@@ -115,7 +112,7 @@ void add_couplings_command(CLI::App& program, Action& action) {
         ->type_name(kFileType);
     sub->add_option("--ratio", c->ratio, "High-band lines for each low-band line")
         ->required()
-        ->check(refuse_overflow)
+        ->check(refuse_bad_ratio)
         ->type_name("N");
     sub->add_option("--calibration", c->calibration, "JSON with the coils of both bands: high and low")
         ->required()

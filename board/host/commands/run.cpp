@@ -146,6 +146,17 @@ RunReport run_simulation(const RunCommand& command) {
     return run_simulated(command.options, observers);
 }
 
+/// What to do if no pose of a run is valid. Distortion comes first: it may also hide the half space of the sensor.
+std::string advice_without_poses(tracking::PoseFlags flags) {
+    const bool is_distorted = flags.has(tracking::PoseFlag::distorted);
+    std::string advice = is_distorted ? "; is metal near the coils, or the calibration of other coils?" : "";
+    if (flags.has(tracking::PoseFlag::hemisphere_unknown)) {
+        advice += is_distorted ? " If not, give" : "; give";
+        advice += " the half space of the sensor with --hemisphere X,Y,Z, or use --confined";
+    }
+    return advice;
+}
+
 }  // namespace
 
 int run_tracking(const std::shared_ptr<RunCommand>& run_command) {
@@ -182,9 +193,7 @@ int run_tracking(const std::shared_ptr<RunCommand>& run_command) {
         return to_int(ExitCode::check_failed);
     }
     if (report.score.scored == 0 && report.score.invalid > 0) {
-        const bool side_unknown = report.seen_flags.has(tracking::PoseFlag::hemisphere_unknown);
-        print_notice("tricoil: no valid pose: {}{}\n", to_text(report.seen_flags),
-                     side_unknown ? "; give the half space of the sensor with --hemisphere X,Y,Z, or use --confined" : "");
+        print_notice("tricoil: no valid pose: {}{}\n", to_text(report.seen_flags), advice_without_poses(report.seen_flags));
         // Couplings for a calibration do not need valid poses of this tracker.
         return to_int(command.options.couplings.empty() ? ExitCode::check_failed : ExitCode::fine);
     }

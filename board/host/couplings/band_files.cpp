@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -62,6 +63,21 @@ field::GeneralDipole<double> band_model(const std::string& path, const nlohmann:
     return c.model;
 }
 
+nlohmann::json parse_json(const std::string& path, const std::string& text) {
+    try {
+        return nlohmann::json::parse(text);
+    } catch (const nlohmann::json::parse_error& error) {
+        const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
+        const auto line = 1 + std::count(text.begin(), end, '\n');
+        const bool is_cut = error.byte > text.size();
+        throw InputError(
+            fmt::format("{}:{}: {}", path, line,
+                        is_cut ? "the JSON ends too early" : "is not JSON; NaN and infinity are not numbers of JSON"));
+    } catch (const nlohmann::json::out_of_range&) {
+        throw InputError(path + ": a number is too large");
+    }
+}
+
 std::string coupling_header() {
     std::string header;
     for (int source = 1; source <= 3; ++source) {
@@ -98,8 +114,8 @@ std::vector<Mat3<double>> read_couplings(const std::string& path) {
 }  // namespace
 
 BandModels read_band_models(const std::string& path) {
-    const nlohmann::json root = nlohmann::json::parse(read_text(path, kMaxCalibrationBytes), nullptr, false);
-    if (root.is_discarded() || !root.is_object()) {
+    const nlohmann::json root = parse_json(path, read_text(path, kMaxCalibrationBytes));
+    if (!root.is_object()) {
         throw InputError(path + ": is not a JSON object with the calibrations 'high' and 'low'");
     }
     return {band_model(path, root, "high"), band_model(path, root, "low")};

@@ -16,7 +16,7 @@ constexpr const char* kScoreText =
     "  orientation  RMS {orientation_rms_deg:.4f} deg  95 % {orientation_p95_deg:.4f} deg  max {orientation_max_deg:.4f} deg  "
     "(bound {bound_orientation_rms_deg:.4f} deg)\n"
     "  predicted    RMS {predicted_position_rms_m in mm:.3f} mm, {predicted_orientation_rms_deg:.4f} deg "
-    "(error budget of the poses)\n";
+    "(error budget of motion and noise, without metal)\n";
 
 const std::string& multiplexing(const RunReport& report) {
     return kMultiplexingNames[static_cast<std::size_t>(report.plan.params.multiplexing)];

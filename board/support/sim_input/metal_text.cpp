@@ -10,7 +10,7 @@ namespace tricoil::host {
 namespace {
 
 double read_required(CheckedTable& table, const std::string& key) {
-    table.require(table.has(key), key, "is missing");
+    table.need(key);
     return table.number(key, 0);
 }
 
@@ -137,7 +137,7 @@ sim::MetalObject read_metal(CheckedTable& table) {
     sim::MetalObject object;
     object.shape = read_shape(table);
     object.material = read_material(table);
-    table.require(table.has("position_m"), "position_m", "is missing");
+    table.need("position_m");
     object.pose.position_m = table.vector("position_m", Vec3<double>::Zero());
     object.pose.q_source_sensor = read_attitude(table);
     read_path(table, object);

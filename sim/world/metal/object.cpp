@@ -9,15 +9,17 @@
 namespace tricoil::sim {
 namespace {
 
+constexpr double kMinSize_m = 1e-4;
 constexpr double kMaxSize_m = 10;
+constexpr double kMinThickness_m = 1e-6;
 constexpr double kMaxPlace_m = 1000;
 constexpr double kMaxSpeed_m_s = 100;
 constexpr double kMaxTurn_rad_s = 1000;
-constexpr const char* kSizeRequirement = "must be a positive length, at most 10 m";
+constexpr const char* kSizeRequirement = "must be from 0.1 mm to 10 m";
 
 using Invalid = std::optional<InvalidValue>;
 
-bool is_size(double value_m) { return value_m > 0 && value_m <= kMaxSize_m; }
+bool is_size(double value_m) { return value_m >= kMinSize_m && value_m <= kMaxSize_m; }
 
 Invalid find_invalid_size(const Sphere& s) {
     return is_size(s.radius_m) ? std::nullopt : Invalid({"radius_m", kSizeRequirement});
@@ -33,8 +35,8 @@ Invalid find_invalid_size(const Cylinder& c) {
     if (c.length_m < 4 * c.diameter_m) {  // the model leaves out the end faces, which matter for shorter objects
         return {{"length_m", "must be at least four diameters"}};
     }
-    if (!(c.wall_m >= 0 && 2 * c.wall_m < c.diameter_m)) {
-        return {{"wall_m", "must be less than half the diameter"}};
+    if (c.wall_m != 0 && !(c.wall_m >= kMinThickness_m && 2 * c.wall_m < c.diameter_m)) {
+        return {{"wall_m", "must be at least 1 micrometre and less than half the diameter"}};
     }
     return std::nullopt;
 }
@@ -50,8 +52,8 @@ Invalid find_invalid_size(const Sheet& s) {
     if (longer > 10 * shorter) {
         return {{"width_m", "and 'height_m' must not differ by more than a factor of 10"}};
     }
-    if (!(s.thickness_m > 0 && 5 * s.thickness_m <= shorter)) {
-        return {{"thickness_m", "must be positive, at most a fifth of width and height"}};
+    if (!(s.thickness_m >= kMinThickness_m && 5 * s.thickness_m <= shorter)) {
+        return {{"thickness_m", "must be at least 1 micrometre and at most a fifth of width and height"}};
     }
     return std::nullopt;
 }
