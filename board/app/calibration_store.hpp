@@ -15,7 +15,7 @@ namespace tricoil::app {
 class CalibrationStore {
 public:
     static constexpr std::size_t kSlots = 2;
-    static constexpr std::size_t kRecordBytes = 512;  // smallest size of a slot
+    static constexpr std::size_t kRecordBytes = 592;  // smallest size of a slot
     static_assert(calibration::kBlobBytes + 2 * hal::Storage::kWordBytes <= kRecordBytes);
 
     explicit CalibrationStore(hal::Storage& storage) : storage_(storage) {}

@@ -21,7 +21,7 @@ template <typename Scalar, typename SensorTracker>
 bool ColumnChain<Scalar, SensorTracker>::track(signal::Columns<Scalar>& columns, bool& after_gap, const Devices& devices,
                                                MainLoopCounters& counters) {
     bool gave_pose = false;
-    for (Column<Scalar>& column : columns) {
+    for (MeasuredColumn<Scalar>& column : columns) {
         column.flags.set_if(std::exchange(after_gap, false), ColumnFlag::after_gap);
         if (devices.tap != nullptr) {
             devices.tap->column(column);

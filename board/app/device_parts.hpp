@@ -39,7 +39,7 @@ struct DeviceHardware {
 
 constexpr std::size_t kMaxPorts = 4;
 /// Longest message that the application sends or receives: a calibration, or a part of a raw block.
-constexpr std::size_t kMaxBoardMessage = 528;
+constexpr std::size_t kMaxBoardMessage = 592;
 
 /// One mode: plan from plan_acquisition(), and channel responses at its carriers.
 struct MeasuringMode {

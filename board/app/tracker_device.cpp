@@ -116,6 +116,7 @@ Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibrati
         return false;
     }
     coils_ = *columns;
+    params_.demodulator.converters = stored->converters;
     hemisphere_ = stored->hemisphere.isZero(0) ? hemisphere_ : stored->hemisphere;
     return true;
 }
@@ -123,6 +124,7 @@ Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibrati
 /// Uses the stored calibration; without one that is usable the coils are assumed nominal. A damaged one is a fault.
 void TrackerDevice::use_calibration() {
     coils_.reset();
+    params_.demodulator.converters = {};
     const bool is_used = use_stored();
     if (!is_used) {
         assume_nominal();
@@ -285,7 +287,7 @@ void TrackerDevice::measure() {
     }
 }
 
-void TrackerDevice::do_column(const Column<float>& column) {
+void TrackerDevice::do_column(const MeasuredColumn<float>& column) {
     no_reference_ = no_reference_ || column.flags.has(ColumnFlag::no_reference);
     stuck_blocks_ = column.flags.has(ColumnFlag::stuck) ? stuck_blocks_ + 1 : 0;
     if (sends_columns_) {

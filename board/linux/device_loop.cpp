@@ -215,7 +215,7 @@ int DeviceLoop::take_edges() {
 }
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {
-    const Column<double>& column = session_.column();
+    const MeasuredColumn<double>& column = session_.column();
     column_time_ = drivers::host_now();
     beat();
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {

@@ -90,7 +90,7 @@ public:
     [[nodiscard]] bool is_tracker_board() const { return identity_.role == static_cast<std::uint8_t>(protocol::Role::tracker); }
     /// True if the device has been running for kSteady.
     [[nodiscard]] bool is_steady() const { return phase_ == Phase::running && heard_ - started_ >= kSteady; }
-    [[nodiscard]] const Column<double>& column() const { return column_; }
+    [[nodiscard]] const MeasuredColumn<double>& column() const { return column_; }
     [[nodiscard]] const tracking::PoseEstimate<double>& pose() const { return pose_; }
     [[nodiscard]] const protocol::PoseMessage& pose_message() const { return pose_message_; }
     [[nodiscard]] const SessionCounters& counters() const { return counters_; }
@@ -142,7 +142,7 @@ private:
     std::array<bool, tracking::kMaxSensors> after_gap_{};  // columns were lost or refused since the sensor's last one
     std::int64_t window_us_ = -1;                          // device time of the newest column's window; -1: none yet
     std::optional<protocol::StatusMessage> status_;
-    Column<double> column_;
+    MeasuredColumn<double> column_;
     tracking::PoseEstimate<double> pose_;
     protocol::PoseMessage pose_message_;
     protocol::SequenceCheck columns_;

@@ -9,7 +9,7 @@
 #include "board/pose_text/mcap/mcap_poses.hpp"
 #include "board/pose_text/openigtlink/igtl_messages.hpp"
 #include "board/pose_text/pose_lines.hpp"
-#include "board/record/column_quadratures.hpp"
+#include "board/record/column_means.hpp"
 #include "board/record/rest_couplings.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
@@ -91,16 +91,16 @@ Form rests_form(const Put& put, const Recording& recording) {
                                                    ? ": recorded with a calibration; --to rests needs a recording without one"
                                                    : ": has no couplings, because the device computed the poses"));
     }
-    const auto quadratures = std::make_shared<ColumnQuadratures>(recording.folder());
+    const auto means = std::make_shared<ColumnMeans>(recording.folder());
     const auto rests =
-        std::make_shared<RestFinder>(put, [quadratures](DeviceTime from, DeviceTime to) { return quadratures->mean(from, to); });
-    return {[rests, quadratures, last = DeviceTime{}](const Pose& pose) mutable {
+        std::make_shared<RestFinder>(put, [means](DeviceTime from, DeviceTime to) { return means->between(from, to); });
+    return {[rests, means, last = DeviceTime{}](const Pose& pose) mutable {
                 if (pose.sensor != 0) {
                     return;
                 }
                 if (pose.time < last) {  // the device started again
                     rests->finish();
-                    quadratures->skip_to_restart();
+                    means->skip_to_restart();
                 }
                 last = pose.time;
                 if (!pose.flags.has_any(tracking::kFaultFlags)) {

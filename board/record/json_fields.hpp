@@ -93,7 +93,9 @@ void visit_tracker(Params& params, Visit&& visit) {
 
 template <typename Calibration, typename Visit>
 void visit_calibration(Calibration& known, Visit&& visit) {
-    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor, quadrature_floor, low_band] = known;
+    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor, quadrature_floor, converters, low_band] =
+        known;
+    static_cast<void>(converters);  // not a parameter of trackers: the board has corrected the columns
     auto& [source_offset_m, source_moment, sensor_offset_m, sensor_sensitivity, source_octupole_m2, sensor_octupole_m2,
            surroundings] = model;
     visit("source_offset_m", source_offset_m);

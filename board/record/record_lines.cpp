@@ -1,6 +1,7 @@
 #include "board/record/record_lines.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <charconv>
 #include <cmath>
@@ -11,22 +12,27 @@
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"
+#include "core/signal/gain_step.hpp"
 #include "core/tracking/signal_flags.hpp"
 
 namespace tricoil::host {
 namespace {
 
-constexpr std::size_t kInputFields = 16;
+constexpr std::size_t kInputFields = 20;
+constexpr std::size_t kOldInputFields = 16;  // of recordings without gain steps and levels
 constexpr std::size_t kPoseFields = 47;
 
 /// Reads the fields of one line in order.
 class Fields {
 public:
-    Fields(std::string_view line, std::size_t count, const std::string& where) : where_(where), fields_(split(line, ',')) {
-        if (fields_.size() != count) {
+    Fields(std::string_view line, std::size_t count, const std::string& where, std::size_t old_count = 0)
+        : where_(where), fields_(split(line, ',')) {
+        if (fields_.size() != count && (fields_.size() != old_count || old_count == 0)) {
             throw InputError(fmt::format("{}: has {} fields instead of {}", where, fields_.size(), count));
         }
     }
+
+    [[nodiscard]] bool has_more() const { return at_ < fields_.size(); }
 
     std::string_view text() { return fields_[at_++]; }
 
@@ -97,28 +103,34 @@ std::string line_of(const TrackerInput& input) {
     const char* kind = kInputKinds[static_cast<std::size_t>(input.kind)];
     switch (input.kind) {
         case InputKind::column: {
-            const Column<double>& c = input.column;
-            return fmt::format("{},{},{},{},{},{},{},{},{},{}", kind, c.sensor, to_us(c.midpoint), static_cast<int>(c.state),
+            const MeasuredColumn<double>& c = input.column;
+            return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}", kind, c.sensor, to_us(c.midpoint), static_cast<int>(c.state),
                                c.state_sequence, c.sequence, c.flags.bits(), text_of(c.in_phase), text_of(c.quadrature),
-                               text_of(c.sigma));
+                               text_of(c.sigma), c.gain_step, fmt::join(c.level, ","));
         }
         case InputKind::tick:
-            return fmt::format("{},{},{},,,,,,,,,,,,,", kind, input.sensor, to_us(input.now));
+            return fmt::format("{},{},{},,,,,,,,,,,,,,,,,", kind, input.sensor, to_us(input.now));
         case InputKind::hemisphere:
-            return fmt::format("{},{},,,,,,{},,,,,,", kind, input.sensor, text_of(input.hemisphere));
+            return fmt::format("{},{},,,,,,{},,,,,,,,,,", kind, input.sensor, text_of(input.hemisphere));
         case InputKind::begin:
             break;
     }
-    return fmt::format("{},,,,,,,,,,,,,,,", kind);
+    return fmt::format("{},,,,,,,,,,,,,,,,,,,", kind);
 }
 
 const std::array<std::string, 3>& record_headers() {
     static const std::array<std::string, 3> headers{
         "kind,sensor,time_us,state,state_sequence,sequence,flags,in_phase_1,in_phase_2,in_phase_3,quadrature_1,quadrature_2,"
-        "quadrature_3,sigma_1,sigma_2,sigma_3",
+        "quadrature_3,sigma_1,sigma_2,sigma_3,gain_step,level_1,level_2,level_3",
         fmt::format("{},{},x11,x21,x31,x12,x22,x32,x13,x23,x33", pose_column_names("m", kCovarianceNames), kPredictedErrorNames),
         "time_us,sensor,event,detail"};
     return headers;
+}
+
+std::string_view old_input_header() {
+    static constexpr std::string_view kAdded = ",gain_step,level_1,level_2,level_3";
+    const std::string_view header = record_headers()[static_cast<std::size_t>(RecordFile::inputs)];
+    return header.substr(0, header.size() - kAdded.size());
 }
 
 std::string line_of(const tracking::PoseEstimate<double>& e) {
@@ -155,7 +167,7 @@ std::string line_of(const tracking::PoseEstimate<double>& e) {
 }
 
 TrackerInput parse_input(std::string_view line, const std::string& where) {
-    Fields fields(line, kInputFields, where);
+    Fields fields(line, kInputFields, where, kOldInputFields);
     TrackerInput input;
     const std::string_view kind = fields.text();
     std::size_t n = 0;
@@ -172,7 +184,7 @@ TrackerInput parse_input(std::string_view line, const std::string& where) {
     input.sensor = fields.number<std::uint8_t>();
     switch (input.kind) {
         case InputKind::column: {
-            Column<double>& c = input.column;
+            MeasuredColumn<double>& c = input.column;
             c.sensor = input.sensor;
             c.midpoint = device_time_us(fields.number<std::int64_t>());
             c.state = static_cast<Excitation>(fields.number_below<std::uint8_t>(static_cast<int>(Excitation::all) + 1));
@@ -182,6 +194,12 @@ TrackerInput parse_input(std::string_view line, const std::string& where) {
             c.in_phase = fields.vector();
             c.quadrature = fields.vector();
             c.sigma = fields.vector();
+            if (fields.has_more()) {
+                c.gain_step = fields.number_below<std::uint8_t>(static_cast<int>(signal::kMaxGainSteps));
+                for (std::uint16_t& level : c.level) {
+                    level = fields.number<std::uint16_t>();
+                }
+            }
             break;
         }
         case InputKind::tick:

@@ -15,7 +15,7 @@ namespace tricoil::host {
 struct TrackerInput {
     InputKind kind = InputKind::column;
     std::uint8_t sensor = 0;
-    Column<double> column;  // kind: column
+    MeasuredColumn<double> column;  // kind: column
     DeviceTime now{};       // kind: tick
     Vec3<double> hemisphere = Vec3<double>::Zero();
 };

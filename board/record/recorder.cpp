@@ -126,7 +126,7 @@ void Recorder::begin_while_running(const Settings& settings, std::span<const Vec
     }
 }
 
-void Recorder::do_column(const Column<double>& column) {
+void Recorder::do_column(const MeasuredColumn<double>& column) {
     TrackerInput input;
     input.column = column;
     time_us_ = to_us(column.midpoint);

@@ -40,7 +40,9 @@ nlohmann::json read_description(const std::string& folder) {
 RecordLines::RecordLines(const std::string& folder, RecordFile file)
     : path_((fs::path(folder) / kRecordFiles[static_cast<std::size_t>(file)]).string()), reader_(path_) {
     std::string header;
-    if (next(header) && header != record_headers()[static_cast<std::size_t>(file)]) {  // a killed program may leave an empty file
+    const std::string& known = record_headers()[static_cast<std::size_t>(file)];
+    const std::string_view old = file == RecordFile::inputs ? old_input_header() : std::string_view(known);
+    if (next(header) && header != known && header != old) {  // a killed program may leave an empty file
         throw InputError(path_ + ":1: wrong header");
     }
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace tricoil::host {
 
@@ -21,5 +22,8 @@ enum class InputKind : std::size_t { column, tick, hemisphere, begin };
 
 /// Header of each file.
 const std::array<std::string, 3>& record_headers();
+
+/// Header of the inputs in recordings without gain steps and levels, which are also read.
+std::string_view old_input_header();
 
 }  // namespace tricoil::host

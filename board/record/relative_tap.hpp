@@ -17,7 +17,7 @@ private:
         poses_.reset();
         next_.begin(settings);
     }
-    void do_column(const Column<double>& column) override { next_.column(column); }
+    void do_column(const MeasuredColumn<double>& column) override { next_.column(column); }
     void do_tick(std::uint8_t sensor, DeviceTime now) override { next_.tick(sensor, now); }
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override { next_.hemisphere(sensor, towards); }
     void do_pose(const tracking::PoseEstimate<double>& estimate) override { poses_.take(estimate); }

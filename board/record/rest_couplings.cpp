@@ -16,8 +16,9 @@ constexpr Microseconds kMargin{100'000};
 
 }  // namespace
 
-RestFinder::RestFinder(Put put, Quadratures quadratures) : put_(std::move(put)), quadratures_(std::move(quadratures)) {
-    put_("rest,start_s,duration_s,x11,x12,x13,x21,x22,x23,x31,x32,x33" + std::string(kQuadratureColumns) + "\n");
+RestFinder::RestFinder(Put put, MeansBetween means) : put_(std::move(put)), means_(std::move(means)) {
+    put_("rest,start_s,duration_s,x11,x12,x13,x21,x22,x23,x31,x32,x33" + std::string(kQuadratureColumns) +
+         std::string(kLevelColumns) + "\n");
 }
 
 void RestFinder::add(DeviceTime time, const Mat3<double>& x) {
@@ -45,13 +46,14 @@ void RestFinder::end_rest() {
             ++used;
         }
     }
-    const Mat3<double> quadrature = quadratures_(from, to);
+    const auto [quadrature, levels] = means_(from, to);
     if (used == 0 || !quadrature.allFinite()) {  // the columns in the middle of the rest are missing
         return;
     }
     put_(fmt::format("{},{:.3f},{:.3f}", ++rests_, to_seconds(rest.front().time),
                      to_seconds(rest.back().time - rest.front().time)) +
-         "," + matrix_text(sum / used) + "," + matrix_text(quadrature) + "\n");
+         "," + matrix_text(sum / used) + "," + matrix_text(quadrature) + "," + matrix_text(levels.share) +
+         fmt::format(",{}\n", levels.gain_step));
 }
 
 void RestFinder::finish() { end_rest(); }

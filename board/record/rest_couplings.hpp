@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "board/record/column_means.hpp"
 #include "core/base/time.hpp"
 #include "core/geometry/types.hpp"
 
@@ -15,12 +16,11 @@ namespace tricoil::host {
 class RestFinder {
 public:
     using Put = std::function<void(std::string_view)>;
-    /// Mean quadratures of the couplings between two times; NaN for a source coil without columns.
-    using Quadratures = std::function<Mat3<double>(DeviceTime from, DeviceTime to)>;
+    using MeansBetween = std::function<ColumnMeans::Means(DeviceTime from, DeviceTime to)>;
 
-    /// Writes CSV lines: number, start and duration of the rest (s), nine couplings, and their quadratures. Writes the header at
-    /// once. `quadratures` is called with times in order.
-    RestFinder(Put put, Quadratures quadratures);
+    /// Writes CSV lines: number, start and duration of the rest (s), nine couplings, their quadratures and levels, and the gain
+    /// step. Writes the header at once. `means` is called with times in order.
+    RestFinder(Put put, MeansBetween means);
 
     void add(DeviceTime time, const Mat3<double>& x);
     void finish();
@@ -33,7 +33,7 @@ private:
     void end_rest();
 
     Put put_;
-    Quadratures quadratures_;
+    MeansBetween means_;
     std::vector<Matrix> rest_;
     Mat3<double> sum_ = Mat3<double>::Zero();
     int rests_ = 0;

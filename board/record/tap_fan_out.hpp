@@ -27,7 +27,7 @@ private:
     void do_begin(const Settings& settings) override {
         each([&](auto& tap) { tap.begin(settings); });
     }
-    void do_column(const Column<double>& column) override {
+    void do_column(const MeasuredColumn<double>& column) override {
         each([&](auto& tap) { tap.column(column); });
     }
     void do_tick(std::uint8_t sensor, DeviceTime now) override {

@@ -1,6 +1,7 @@
 #include "board/support/calibration_file.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <fstream>
 #include <sstream>
@@ -102,6 +103,45 @@ std::string low_band_text(const calibration::LowBand<double>& low) {
     return text;
 }
 
+constexpr int kLargestByte = 127;
+
+std::string converters_text(const signal::ConverterErrors& errors) {
+    if (errors == signal::ConverterErrors{}) {
+        return "";
+    }
+    std::string text =
+        "\n# Of each sensor channel: jumps of the converter, 1/131072 of full scale; errors of the gain steps, 1/16384.\n"
+        "[converters]\n";
+    for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+        text += fmt::format("jumps_{} = [{}]\n", coil + 1, fmt::join(errors.jump[coil], ", "));
+    }
+    for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+        std::vector<int> gain;
+        for (const auto& step : errors.gain) {
+            gain.push_back(step[coil]);
+        }
+        text += fmt::format("gain_steps_{} = [{}]\n", coil + 1, fmt::join(gain, ", "));
+    }
+    return text;
+}
+
+signal::ConverterErrors read_converters(CheckedTable& top) {
+    signal::ConverterErrors errors;
+    auto table = top.child("converters");
+    for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+        const auto jumps = table.integers(fmt::format("jumps_{}", coil + 1), errors.jump[coil].size(), kLargestByte);
+        for (std::size_t n = 0; n < jumps.size(); ++n) {
+            errors.jump[coil][n] = static_cast<std::int8_t>(jumps[n]);
+        }
+        const auto gain = table.integers(fmt::format("gain_steps_{}", coil + 1), errors.gain.size(), kLargestByte);
+        for (std::size_t n = 0; n < gain.size(); ++n) {
+            errors.gain[n][coil] = static_cast<std::int8_t>(gain[n]);
+        }
+    }
+    table.finish();
+    return errors;
+}
+
 }  // namespace
 
 void set_surroundings(CalibrationFile& file, std::vector<VirtualDipole> surroundings) {
@@ -125,6 +165,7 @@ std::string to_toml(const CalibrationFile& file) {
             line("octupole_m2", c.model.sensor_octupole_m2);
     text += "\n[couplings]\n" + line("phase_rad", c.phase_rad);
     text += low_band_text(c.low_band);
+    text += converters_text(c.converters);
     text +=
         "\n[output]\n" + line("hemisphere", c.hemisphere) + line("linear", c.output_linear) + line("offset_m", c.output_offset_m);
     text += fmt::format("\n[stage]\nturns_left_handed = {}\n", file.stage_turns_left_handed ? 1 : 0);
@@ -171,6 +212,7 @@ CalibrationFile read_calibration(const std::string& path) {
     c.low_band.motion_lag_s = couplings.matrix("motion_lag_s", c.low_band.motion_lag_s);
     couplings.finish();
     sensor.finish();
+    c.converters = read_converters(top);
     auto output = top.child("output");
     c.hemisphere = output.vector("hemisphere", c.hemisphere);
     c.output_linear = output.matrix("linear", c.output_linear);

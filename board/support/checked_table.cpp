@@ -157,6 +157,25 @@ Mat3<double> CheckedTable::matrix(const std::string& key, const Mat3<double>& fa
     return matrix;
 }
 
+std::vector<int> CheckedTable::integers(const std::string& key, std::size_t count, int most) {
+    const toml::node* node = find(key);
+    std::vector<int> values;
+    if (node == nullptr) {
+        return values;
+    }
+    const toml::array* array = node->as_array();
+    for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
+        const auto value = (*array)[i].value_exact<std::int64_t>();
+        if (value && *value >= -most && *value <= most) {
+            values.push_back(static_cast<int>(*value));
+        }
+    }
+    if (values.size() != count || array->size() != count) {
+        throw_error(key, node, fmt::format("must be {} whole numbers from {} to {}", count, -most, most));
+    }
+    return values;
+}
+
 CheckedTable CheckedTable::child(const std::string& key) {
     const toml::node* node = find(key);
     if (node != nullptr && !node->is_table()) {

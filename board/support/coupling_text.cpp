@@ -7,6 +7,7 @@
 #include <complex>
 
 #include "board/support/errors.hpp"
+#include "core/signal/gain_step.hpp"
 
 namespace tricoil::host {
 
@@ -28,12 +29,42 @@ Mat3<double> parse_matrix(std::span<const std::string_view> fields, const TextPl
     return matrix;
 }
 
+/// None if a level is unknown.
+std::optional<SignalLevels> parse_levels(std::span<const std::string_view> fields, const TextPlace& place) {
+    const double step = parse_number(fields.back(), place);
+    const SignalLevels levels{parse_matrix(fields.first(kCouplings), place), static_cast<int>(step)};
+    if (!(levels.share.minCoeff() >= 0 && levels.share.maxCoeff() <= 1)) {
+        throw InputError(place.str() + ": a level (a11 to a33) is not a share of full scale, 0 to 1");
+    }
+    if (levels.gain_step != step || step < 0 || step >= static_cast<double>(signal::kMaxGainSteps)) {
+        throw InputError(fmt::format("{}: gain_step must be a whole number from 0 to {}", place.str(), signal::kMaxGainSteps - 1));
+    }
+    return levels.share.minCoeff() > 0 ? std::optional(levels) : std::nullopt;
+}
+
 }  // namespace
+
+std::size_t take_coupling_fields(std::string_view& header) {
+    std::size_t fields = kCouplings;
+    const auto take = [&](std::string_view columns, std::size_t count) {
+        const bool has = header.ends_with(columns);
+        header.remove_suffix(has ? columns.size() : 0);
+        fields += has ? count : 0;
+    };
+    take(kLevelColumns, kCouplings + 1);
+    take(kQuadratureColumns, kCouplings);
+    return fields;
+}
 
 CouplingFrame parse_couplings(std::span<const std::string_view> fields, const TextPlace& place) {
     CouplingFrame couplings{parse_matrix(fields.first(kCouplings), place)};
-    if (fields.size() > kCouplings) {
-        couplings.quadrature = parse_matrix(fields.last(kCouplings), place);
+    fields = fields.subspan(kCouplings);
+    if (fields.size() == kCouplings || fields.size() > kCouplings + 1) {
+        couplings.quadrature = parse_matrix(fields.first(kCouplings), place);
+        fields = fields.subspan(kCouplings);
+    }
+    if (!fields.empty()) {
+        couplings.levels = parse_levels(fields, place);
     }
     return couplings;
 }

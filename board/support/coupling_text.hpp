@@ -19,20 +19,31 @@ constexpr std::string_view kPoseCsvHeader = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13
 /// Quadratures of the couplings, which may follow them in a CSV header, in the same order. Begins with a comma.
 constexpr std::string_view kQuadratureColumns = ",q11,q12,q13,q21,q22,q23,q31,q32,q33";
 
+/// Amplitudes at the converters (share of full scale; 0: unknown) and the gain step, which may follow the quadratures.
+constexpr std::string_view kLevelColumns = ",a11,a12,a13,a21,a22,a23,a31,a32,a33,gain_step";
+
 /// Nine fields (i, j), row by row: ten digits, separated by commas.
 std::string matrix_text(const Mat3<double>& matrix);
+
+/// How the couplings of a pose were sampled.
+struct SignalLevels {
+    Mat3<double> share;  // (i, j): amplitude of source coil j in the converter of sensor channel i, of full scale; 0: unknown
+    int gain_step = 0;
+};
 
 /// Couplings of a sensor in an unknown pose.
 struct CouplingFrame {
     Mat3<double> x;                                         // in phase
     std::optional<Mat3<double>> quadrature = std::nullopt;  // if the file has it
+    std::optional<SignalLevels> levels = std::nullopt;      // if the file has them and all are known
 };
 
-/// Number of fields of the couplings in a line.
-constexpr std::size_t coupling_fields(bool has_quadrature) { return (has_quadrature ? 2 : 1) * kCouplings; }
+/// Removes kQuadratureColumns, alone or with kLevelColumns, from the end of a header. Returns the number of fields of the
+/// couplings and of the columns that were removed.
+std::size_t take_coupling_fields(std::string_view& header);
 
-/// Fields (i, j), row by row: nine, or eighteen with the quadratures. Throws InputError, naming the place, for a field that is
-/// not a finite number.
+/// Fields (i, j), row by row: as many as take_coupling_fields() returns. Throws InputError, naming the place, for a field that is
+/// not a finite number, a level that is not 0 to 1, and a gain step that does not exist.
 CouplingFrame parse_couplings(std::span<const std::string_view> fields, const TextPlace& place);
 
 /// Throws InputError, naming the place, for couplings that are zero or have rank below three.

@@ -47,6 +47,17 @@ void visit(Any& c, Visitor each) {
 }
 static_assert(kBlobNumbers == 6 * 9 + 4 * 3 + 2);
 
+/// Visits every byte of the converters' errors.
+template <typename Errors, typename Visitor>
+void visit_converters(Errors& errors, Visitor each) {
+    for (auto& coil : errors.jump) {
+        std::for_each(coil.begin(), coil.end(), each);
+    }
+    for (auto& step : errors.gain) {
+        std::for_each(step.begin(), step.end(), each);
+    }
+}
+
 template <typename Dipole, typename Visitor>
 void visit_dipole(Dipole& dipole, Visitor each) {
     for (Eigen::Index k = 0; k < dipole.position_m.size(); ++k) {
@@ -69,6 +80,7 @@ Blob encode(const Calibration<double>& calibration) {
         put<4>(at, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
         at += 4;
     };
+    visit_converters(calibration.converters, [&](std::int8_t value) { *at++ = static_cast<std::uint8_t>(value); });
     visit(calibration, write);
     put<4>(at, calibration.model.surroundings.size());
     at += 4;
@@ -98,6 +110,7 @@ Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes) {
         value = std::bit_cast<float>(static_cast<std::uint32_t>(get<4>(at)));
         at += 4;
     };
+    visit_converters(calibration.converters, [&](std::int8_t& value) { value = static_cast<std::int8_t>(*at++); });
     visit(calibration, read);
     const std::uint64_t dipoles = get<4>(at);
     at += 4;

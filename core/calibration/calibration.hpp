@@ -7,6 +7,7 @@
 #include "core/base/status.hpp"
 #include "core/field/general_dipole.hpp"
 #include "core/geometry/quaternion.hpp"
+#include "core/signal/converter_errors.hpp"
 
 namespace tricoil::calibration {
 
@@ -33,6 +34,7 @@ struct Calibration {
     Vec3<Scalar> output_offset_m = Vec3<Scalar>::Zero();
     Scalar misfit_floor = 0;      // misfit of clean couplings per coupling, relative to k: errors of the model
     Scalar quadrature_floor = 1;  // quadrature of clean couplings after phase_rad, likewise; 1: unknown
+    signal::ConverterErrors converters;  // of the board that measured the couplings
     [[no_unique_address]] LowBand<Scalar> low_band;
 
     template <typename Other>
@@ -40,7 +42,7 @@ struct Calibration {
         return {model.template cast<Other>(),           phase_rad.template cast<Other>(),
                 hemisphere.template cast<Other>(),      output_linear.template cast<Other>(),
                 output_offset_m.template cast<Other>(), static_cast<Other>(misfit_floor),
-                static_cast<Other>(quadrature_floor),   {}};
+                static_cast<Other>(quadrature_floor),   converters, {}};
     }
 };
 

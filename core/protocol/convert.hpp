@@ -20,6 +20,10 @@ static_assert(static_cast<int>(ColumnFlag::overrun) == 6 && static_cast<int>(Col
 
 /// Wire-only flag. The receiver must refuse such a column.
 constexpr std::uint16_t kTransitionFlag = 1U << 7U;
+constexpr int kGainStepBit = 12;  // first bit of the gain step in the flags of a column
+
+/// Flags of a column message without its gain step.
+constexpr std::uint16_t flag_bits(const ColumnMessage& m) { return m.flags & ((1U << kGainStepBit) - 1); }
 
 /// Scaled and rounded to the nearest wire number. Clamps values out of range; NaN becomes 0.
 template <typename Raw, typename Scalar>
@@ -101,7 +105,7 @@ template <typename Scalar>
 /// A column that is not finite is sent with zero couplings and the flag `no_reference`. Standard deviations are clamped to the
 /// field's range.
 template <typename Scalar>
-ColumnMessage to_message(const Column<Scalar>& c, std::uint32_t message_sequence, bool transition = false) {
+ColumnMessage to_message(const MeasuredColumn<Scalar>& c, std::uint32_t message_sequence, bool transition = false) {
     ColumnMessage m;
     m.sequence = message_sequence;
     m.time_us = std::max<std::int64_t>(to_us(c.midpoint), 0);
@@ -110,7 +114,9 @@ ColumnMessage to_message(const Column<Scalar>& c, std::uint32_t message_sequence
     ColumnFlags flags = c.flags;
     const bool finite = c.in_phase.allFinite() && c.quadrature.allFinite() && c.sigma.allFinite();
     flags.set_if(!finite, ColumnFlag::no_reference);
-    m.flags = static_cast<std::uint16_t>(flags.bits() | (transition ? kTransitionFlag : 0U));
+    m.flags = static_cast<std::uint16_t>(flags.bits() | (transition ? kTransitionFlag : 0U) |
+                                         static_cast<unsigned>(c.gain_step) << kGainStepBit);
+    m.level = c.level;
     m.state_sequence = c.state_sequence;
     for (std::size_t i = 0; finite && i < 3; ++i) {
         const auto k = static_cast<Eigen::Index>(i);
@@ -123,7 +129,7 @@ ColumnMessage to_message(const Column<Scalar>& c, std::uint32_t message_sequence
 
 /// transition: the excitation state changed within the window; the column must not be used.
 template <typename Scalar>
-[[nodiscard]] WireError from_message(const ColumnMessage& m, Column<Scalar>& c) {
+[[nodiscard]] WireError from_message(const ColumnMessage& m, MeasuredColumn<Scalar>& c) {
     c = {};
     if ((m.flags & kTransitionFlag) != 0) {
         return WireError::transition;
@@ -133,6 +139,8 @@ template <typename Scalar>
     c.state_sequence = m.state_sequence;
     c.sequence = m.sequence;
     c.midpoint = device_time_us(m.time_us);
+    c.gain_step = static_cast<std::uint8_t>(m.flags >> kGainStepBit);
+    c.level = m.level;
     for (int bit = 0; bit <= static_cast<int>(ColumnFlag::low_band); ++bit) {
         c.flags.set_if((m.flags >> bit & 1) != 0, static_cast<ColumnFlag>(bit));
     }

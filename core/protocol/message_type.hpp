@@ -5,11 +5,11 @@
 
 namespace tricoil::protocol {
 
-/// Protocol versions of this code. The version is the first byte of every message. Since version 2 the pose flags have bits 12
-/// and 13, and `distortion` is a length. An addition keeps the version if an older peer never receives it unasked: a command that
+/// Protocol versions of this code. The version is the first byte of every message. Since version 3 a column has levels and the
+/// gain step. An addition keeps the version if an older peer never receives it unasked: a command that
 /// an older device answers by `unknown`, and the message that answers it.
-constexpr std::uint8_t kOldestVersion = 2;
-constexpr std::uint8_t kNewestVersion = 2;
+constexpr std::uint8_t kOldestVersion = 3;
+constexpr std::uint8_t kNewestVersion = 3;
 
 /// In order of priority on a bus. 7 and 8 were used in the past.
 enum class MessageType : std::uint8_t {

@@ -49,6 +49,7 @@ struct ColumnMessage : Stamp {
     std::array<float, 3> in_phase{};
     std::array<float, 3> quadrature{};
     std::array<float, 3> sigma{1, 1, 1};
+    std::array<std::uint16_t, 3> level{};
 };
 
 struct PoseMessage : Stamp {

@@ -1,6 +1,7 @@
 // One column of the signal matrix: output of the demodulator, input of the tracker.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "core/base/time.hpp"
@@ -22,6 +23,16 @@ struct Column {
     Vec3<Scalar> sigma = Vec3<Scalar>::Zero();       // standard deviation per entry, never below the quantisation floor
     std::uint32_t sequence = 0;                      // of its block
     ColumnFlags flags;
+};
+
+/// Unit of MeasuredColumn::level: parts of full scale.
+constexpr float kLevelsPerFullScale = 65536;
+
+/// A column and how it was measured, which trackers do not use.
+template <typename Scalar>
+struct MeasuredColumn : Column<Scalar> {
+    std::uint8_t gain_step = 0;                       // of the sensor amplifiers
+    std::array<std::uint16_t, kSensorCoils> level{};  // amplitude at the converter of each sensor channel; 0: unknown
 };
 
 }  // namespace tricoil

@@ -47,10 +47,18 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     has_noise_ = has_noise_ && !switched;  // noise in codes depends on the gain
     gain_step_ = block.gain_step;
     update_noise(window);
-    const CarrierPhasors phasors = read_carriers(window);
+    CarrierPhasors phasors = read_carriers(window);
     Columns<Scalar> columns;
     for (int carrier = 0; carrier < plan_.carriers(); ++carrier) {
-        columns.push_back(make_column(block, carrier, phasors[static_cast<std::size_t>(carrier)], flags));
+        ChannelPhasors<Scalar>& of_carrier = phasors[static_cast<std::size_t>(carrier)];
+        if constexpr (kCorrectsConverters) {
+            const Levels levels = correct_converters(block, of_carrier);
+            columns.push_back(make_column(block, carrier, of_carrier, flags));
+            columns[columns.size() - 1].level = levels;
+            columns[columns.size() - 1].gain_step = block.gain_step;
+        } else {
+            columns.push_back(make_column(block, carrier, of_carrier, flags));
+        }
     }
     return columns;
 }
@@ -94,10 +102,22 @@ std::complex<Scalar> Demodulator<Scalar>::response(const SampleBlock& block, int
     return multiply(channel, gain);
 }
 
+/// Corrects the phasors for the errors of their converters. Returns the amplitudes at the converters, as in MeasuredColumn::level.
 template <typename Scalar>
-Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int carrier, const ChannelPhasors<Scalar>& phasors,
+auto Demodulator<Scalar>::correct_converters(const SampleBlock& block, ChannelPhasors<Scalar>& phasors) const -> Levels {
+    Levels levels{};
+    for (std::size_t coil = 0; coil < kSensorCoils && block.full_scale > 0; ++coil) {
+        const float amplitude = static_cast<float>(std::abs(phasors[coil])) / static_cast<float>(block.full_scale);
+        levels[coil] = static_cast<std::uint16_t>(std::min(kLevelsPerFullScale * amplitude, 65535.0F));
+        phasors[coil] *= static_cast<Scalar>(params_.converters.correction(block.gain_step, coil, amplitude, plan_.is_tdm()));
+    }
+    return levels;
+}
+
+template <typename Scalar>
+MeasuredColumn<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int carrier, const ChannelPhasors<Scalar>& phasors,
                                                 ColumnFlags flags) const {
-    Column<Scalar> column;
+    MeasuredColumn<Scalar> column;
     column.sensor = block.sensor;
     column.state = plan_.is_tdm() ? block.state : single_coil(carrier % kSourceCoils);
     column.state_sequence = block.sequence;

@@ -7,6 +7,7 @@
 #include "core/base/static_vector.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/column.hpp"
+#include "core/signal/converter_errors.hpp"
 #include "core/signal/gain_step.hpp"
 #include "core/signal/lock_in.hpp"
 #include "core/signal/noise_estimate.hpp"
@@ -33,6 +34,7 @@ template <typename Scalar>
 struct DemodulatorParams {
     ChannelResponse<Scalar> response = unit_response<Scalar>();
     GainSteps<Scalar> gain_steps{};          // of the amplifier, by SampleBlock::gain_step
+    ConverterErrors converters;              // of the sensor channels
     Scalar ladder_s = 0;                     // time constant of the capacitor at the end of its feedback ladder; 0: none
     Scalar sigma_floor = Scalar(1e-9);       // coupling units: quantisation of the converter, the smallest sigma
     Scalar min_reference_v = Scalar(10e-3);  // amplitude of the reference channel at full drive below which no_reference is set
@@ -45,7 +47,7 @@ struct DemodulatorParams {
 
 /// Columns of one block: one for TDM, three for FDM; with two bands three of the high, then three of the low band.
 template <typename Scalar>
-using Columns = StaticVector<Column<Scalar>, kMaxCarriers>;
+using Columns = StaticVector<MeasuredColumn<Scalar>, kMaxCarriers>;
 
 template <typename Scalar>
 class Demodulator {
@@ -61,12 +63,14 @@ public:
     Result<Columns<Scalar>> demodulate(const SampleBlock& block);
 
 private:
+    using Levels = decltype(MeasuredColumn<Scalar>::level);
     using CarrierPhasors = std::array<ChannelPhasors<Scalar>, kMaxCarriers>;
     [[nodiscard]] CarrierPhasors read_carriers(std::span<const Sample> window) const;
     void update_noise(std::span<const Sample> window);
-    Column<Scalar> make_column(const SampleBlock& block, int carrier, const ChannelPhasors<Scalar>& phasors,
+    MeasuredColumn<Scalar> make_column(const SampleBlock& block, int carrier, const ChannelPhasors<Scalar>& phasors,
                                ColumnFlags flags) const;
     [[nodiscard]] std::complex<Scalar> response(const SampleBlock& block, int carrier, std::size_t coil) const;
+    Levels correct_converters(const SampleBlock& block, ChannelPhasors<Scalar>& phasors) const;
 
     AcquisitionPlan plan_;
     DemodulatorParams<Scalar> params_;

@@ -32,7 +32,7 @@ public:
     /// The trackers have been created, or created again.
     void begin(const Settings& settings) { do_begin(settings); }
     /// Arguments of the tracker's update, tick and set_hemisphere.
-    void column(const Column<Scalar>& column) { do_column(column); }
+    void column(const MeasuredColumn<Scalar>& column) { do_column(column); }
     void tick(std::uint8_t sensor, DeviceTime now) { do_tick(sensor, now); }
     void hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) { do_hemisphere(sensor, towards); }
     /// An estimate that a tracker returned or a tracker board sent.
@@ -42,7 +42,7 @@ public:
 
 private:
     virtual void do_begin(const Settings& settings) = 0;
-    virtual void do_column(const Column<Scalar>& column) = 0;
+    virtual void do_column(const MeasuredColumn<Scalar>& column) = 0;
     virtual void do_tick(std::uint8_t sensor, DeviceTime now) = 0;
     virtual void do_hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) = 0;
     virtual void do_pose(const PoseEstimate<Scalar>& estimate) = 0;

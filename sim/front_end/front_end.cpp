@@ -285,7 +285,7 @@ void SimulatedFrontEnd::run_slot() {
     if (params_.window_over) {
         params_.window_over();
     }
-    for (Column<double> column : columns) {
+    for (MeasuredColumn<double> column : columns) {
         column.state_sequence = params_.sense_coils ? excited_ : slot_;
         send_column(column, transition);
     }
@@ -316,7 +316,7 @@ bool SimulatedFrontEnd::transmit(std::span<const std::uint8_t> bytes) {
     return sent;
 }
 
-void SimulatedFrontEnd::send_column(const Column<double>& column, bool transition) {
+void SimulatedFrontEnd::send_column(const MeasuredColumn<double>& column, bool transition) {
     const std::uint32_t number = sequence_++;
     std::vector<std::uint8_t> bytes(protocol::kMaxFrameBytes);
     bytes.resize(protocol::encode(protocol::to_message(column, number, transition), bytes));

@@ -103,7 +103,7 @@ private:
     void stop();
     [[nodiscard]] bool slot_is_due(HostTime now) const;
     void run_slot();
-    void send_column(const Column<double>& column, bool transition);
+    void send_column(const MeasuredColumn<double>& column, bool transition);
     void send_data(std::vector<std::uint8_t> bytes, std::uint32_t number);
     void send_identity(std::uint64_t serial);
     void send_status(HostTime now);

@@ -99,12 +99,12 @@ ColumnWorld::WindowCoupling ColumnWorld::window_coupling(const FaultEffect& effe
 }
 
 /// Computes phasors of the channels, then the column as the demodulator does.
-Column<double> ColumnWorld::make_column(const Block& block, int carrier_index, const WindowCoupling& coupling,
+MeasuredColumn<double> ColumnWorld::make_column(const Block& block, int carrier_index, const WindowCoupling& coupling,
                                         const FaultEffect& effect, const ChannelNoise& noise) const {
     const auto carrier = static_cast<std::size_t>(carrier_index);
     const int current = plan_.is_tdm() ? coil_index(block.state) : carrier_index;
     const int coil = current % kSourceCoils;
-    Column<double> column;
+    MeasuredColumn<double> column;
     column.state = single_coil(coil);
     column.state_sequence = block.sequence;
     column.sequence = block.sequence;

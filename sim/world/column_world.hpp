@@ -36,7 +36,7 @@ private:
     [[nodiscard]] WindowCoupling window_coupling(const FaultEffect& effect, double start_s);
     void find_motion_lags();
     [[nodiscard]] double carrier_rad_s(std::size_t carrier) const;
-    [[nodiscard]] Column<double> make_column(const Block& block, int carrier_index, const WindowCoupling& coupling,
+    [[nodiscard]] MeasuredColumn<double> make_column(const Block& block, int carrier_index, const WindowCoupling& coupling,
                                              const FaultEffect& effect, const ChannelNoise& noise) const;
     [[nodiscard]] bool saturates(const Block& block, const CurrentColumns& coupling, const FaultEffect& effect) const;
 

@@ -36,9 +36,9 @@ inline std::vector<protocol::PoseMessage> reference_poses(sim::FrontEndParams pa
     std::uint32_t number = 0;
     for (std::uint32_t slot = 0; source.elapsed_s() + source.plan().block_s() <= duration_s + 1e-9; ++slot) {
         const Excitation state = source.plan().is_tdm() ? single_coil(static_cast<int>(slot % 3)) : Excitation::all;
-        for (Column<double> column : source.measure(state)) {
+        for (MeasuredColumn<double> column : source.measure(state)) {
             column.state_sequence = slot + 1;
-            Column<double> received;
+            MeasuredColumn<double> received;
             if (protocol::from_message(protocol::to_message(column, number++), received) != protocol::WireError::none) {
                 continue;
             }

@@ -39,7 +39,7 @@ void decode_as(Bytes bytes) {
         }
     }
     if constexpr (std::is_same_v<Message, protocol::ColumnMessage>) {
-        Column<double> column;
+        MeasuredColumn<double> column;
         (void)protocol::from_message(message, column);
     }
 }

@@ -83,8 +83,8 @@ TEST(Convert, AnInvalidQuaternionIsRefused) {
     EXPECT_EQ(from_message(m, e), WireError::impossible);
 }
 
-TEST(Convert, AColumnKeepsSinglePrecisionAndTransitions) {
-    Column<double> c;
+TEST(Convert, AColumnKeepsSinglePrecisionTransitionsAndLevels) {
+    MeasuredColumn<double> c;
     c.sensor = 2;
     c.state = Excitation::s3;
     c.state_sequence = 77;
@@ -93,13 +93,17 @@ TEST(Convert, AColumnKeepsSinglePrecisionAndTransitions) {
     c.quadrature << 1e-3, 0, -1e-3;
     c.sigma.setConstant(1e-5);
     c.flags.set(ColumnFlag::clipped);
-    Column<double> received;
+    c.gain_step = 11;
+    c.level = {0, 1, 65535};
+    MeasuredColumn<double> received;
     ASSERT_EQ(from_message(to_message(c, 9), received), WireError::none);
     EXPECT_EQ(received.in_phase, c.in_phase.cast<float>().cast<double>());
     EXPECT_EQ(received.state, c.state);
     EXPECT_EQ(received.state_sequence, 77U);
     EXPECT_EQ(received.sequence, 9U);
     EXPECT_EQ(received.flags, c.flags);
+    EXPECT_EQ(received.gain_step, 11);
+    EXPECT_EQ(received.level, c.level);
     EXPECT_EQ(from_message(to_message(c, 9, true), received), WireError::transition);
     c.in_phase.x() = kNaN;
     ASSERT_EQ(from_message(to_message(c, 9), received), WireError::none);

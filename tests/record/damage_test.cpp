@@ -172,10 +172,27 @@ TEST_F(Damage, RestsAfterARestartHaveTheirOwnQuadratures) {
     std::getline(lines, line);
     for (const bool is_second : {false, true}) {
         ASSERT_TRUE(std::getline(lines, line)) << is_second;
-        EXPECT_EQ(line.ends_with(",0.001,0.001,0.001,0.001,0.001,0.001,0.001,0.001,0.001"), is_second) << line;
+        EXPECT_EQ(line.find(",0.001,0.001,0.001,0.001,0.001,0.001,0.001,0.001,0.001,") != std::string::npos, is_second) << line;
     }
     EXPECT_FALSE(std::getline(lines, line));
     fs::remove(rests);
+}
+
+/// Recordings without gain steps and levels.
+TEST_F(Damage, OlderRecordingsGiveTheSamePoses) {
+    end_early();
+    std::istringstream inputs(get("inputs.csv"));
+    std::string older;
+    for (std::string line; std::getline(inputs, line);) {
+        for (int field = 0; field < 4; ++field) {
+            line.erase(line.rfind(','));
+        }
+        older += line + "\n";
+    }
+    put("inputs.csv", older);
+    const auto replayed = tricoil("replay --json " + folder_);
+    ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
+    EXPECT_TRUE(replayed.json()["bit_for_bit"]);
 }
 
 TEST_F(Damage, RestsLeaveOutColumnsWithoutACoil) {
@@ -195,12 +212,15 @@ TEST_F(Damage, InvalidLines) {
         EXPECT_THAT(result.err, HasSubstr(reason));
         EXPECT_THAT(result.err, HasSubstr("inputs.csv:"));
     };
-    refused_by_replay("nonsense", "has 1 fields instead of 16");
+    refused_by_replay("nonsense", "has 1 fields instead of 20");
     refused_by_replay("song,0,,,,,,,,,,,,,,", "unknown input kind 'song'");
     refused_by_replay("tick,9,100,,,,,,,,,,,,,", "sensor 9 does not exist; the recording has 1");
     refused_by_replay("tick,0,soon,,,,,,,,,,,,,", "'soon', is not a valid number");
     refused_by_replay("column,0,1,9,1,1,0,1,1,1,1,1,1,1,1,1", "must be less than 5");
     refused_by_replay("column,0,1,1,1,1,128,1,1,1,1,1,1,1,1,1", "field 7, '128', has unknown flags");
+    refused_by_replay("column,0,1,1,1,1,0,1,1,1,1,1,1,1,1,1,12,1,1,1", "field 17 must be less than 12");
+    refused_by_replay("column,0,1,1,1,1,0,1,1,1,1,1,1,1,1,1,1,65536,1,1", "field 18, '65536', is not a valid number");
+    refused_by_replay("column,0,1,1,1,1,0,1,1,1,1,1,1,1,1,1,1,1", "has 18 fields instead of 20");
     put("inputs.csv", "kind\n");
     EXPECT_THAT(tricoil("replay " + folder_).err, HasSubstr("inputs.csv:1: wrong header"));
 }

@@ -50,6 +50,10 @@ Calibration<double> sample_near_metal(std::size_t dipoles) {
     Calibration<double> c = sample();
     c.misfit_floor = 1.5e-3;
     c.quadrature_floor = 5e-4;
+    c.converters.jump[2][13] = -127;
+    c.converters.jump[0][0] = 5;
+    c.converters.gain[11][2] = 127;
+    c.converters.gain[4][1] = -3;
     for (std::size_t d = 0; d < dipoles; ++d) {
         EXPECT_TRUE(c.model.surroundings.push_back({random.direction(), 1e-6 * random.gaussian_matrix()}));
     }
@@ -79,6 +83,7 @@ TEST(CalibrationBlob, StoresAllNumbersInSinglePrecision) {
         EXPECT_EQ(read->hemisphere, single(written.hemisphere));
         EXPECT_EQ(read->output_linear, single(written.output_linear));
         EXPECT_EQ(read->output_offset_m, single(written.output_offset_m));
+        EXPECT_EQ(read->converters, written.converters);
         EXPECT_EQ(read->misfit_floor, static_cast<float>(written.misfit_floor));
         EXPECT_EQ(read->quadrature_floor, static_cast<float>(written.quadrature_floor));
         ASSERT_EQ(read->model.surroundings.size(), dipoles);
@@ -111,7 +116,7 @@ Blob with_crc(Blob blob) {
 }
 
 TEST(CalibrationBlob, RefusesWrongNumbersOfDipolesAndBytesBehindThem) {
-    constexpr std::size_t kCountAt = kBlobHeaderBytes + 4 * kBlobNumbers;
+    constexpr std::size_t kCountAt = kBlobHeaderBytes + kConverterBytes + 4 * kBlobNumbers;
     Blob blob = encode(sample_near_metal(2));
     ASSERT_EQ(blob[kCountAt], 2);
     for (const int count : {0, 1, 5, 255}) {
@@ -147,7 +152,7 @@ TEST(CalibrationBlob, RefusesOtherVersionsLengthsAndErasedFlash) {
     longer.push_back(0);
     EXPECT_FALSE(decode(longer).ok());
     EXPECT_FALSE(decode(std::vector<std::uint8_t>(kBlobBytes, 0xFF)).ok());
-    for (const int version : {1, 2, 4}) {
+    for (const int version : {1, 2, 3, 5}) {
         blob[4] = static_cast<std::uint8_t>(version);
         EXPECT_STREQ(decode(with_crc(blob)).status().message(),
                      "calibration of another version; calibrate again with this software");

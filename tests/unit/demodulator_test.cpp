@@ -60,6 +60,52 @@ TEST_F(DemodulatorTest, TdmGivesOneSignedColumnAtTheWindowsMidpoint) {
     EXPECT_TRUE(column.flags.empty());
 }
 
+/// The definition: a sine through a characteristic with jumps.
+TEST(ConverterErrors, AJumpChangesTheAmplitudeOfALargerSine) {
+    ConverterErrors errors;
+    errors.jump[1] = {40, 0, 0, -30, 0, 0, 0, 0, 25, 0, 0, 0, 0, 60};
+    constexpr int kPoints = 200'000;
+    for (const double amplitude : {0.05, 0.2, 0.4, 0.6, 0.84}) {
+        double sum = 0;
+        for (int k = 0; k < kPoints; ++k) {
+            const double sine = std::sin(2 * std::numbers::pi * (k + 0.5) / kPoints);
+            double code = amplitude * sine;
+            for (std::size_t n = 0; n < ConverterErrors::kJumps; ++n) {
+                const double height = static_cast<double>(ConverterErrors::kJumpUnit) * errors.jump[1][n];
+                for (const double level : {n / 16.0, n / -16.0}) {  // half of the height each
+                    code += (amplitude * sine > level ? 0.25 : -0.25) * height;
+                }
+            }
+            sum += code * sine;
+        }
+        const double error = 2 * sum / kPoints - amplitude;
+        EXPECT_NEAR(static_cast<double>(errors.amplitude_error(1, static_cast<float>(amplitude))), error, 1e-3 * 5e-4)
+            << amplitude;
+        EXPECT_EQ(errors.amplitude_error(0, static_cast<float>(amplitude)), 0);
+    }
+    EXPECT_EQ(ConverterErrors{}.correction(0, 0, 0, true), 1);
+}
+
+TEST_F(DemodulatorTest, CorrectsConvertersInTdmAndGainStepsAlways) {
+    DemodulatorParams<double> params;
+    params.converters.gain[0] = {82, 0, 0};  // 0.5 %
+    params.converters.jump[1].fill(127);
+    const Vec3<double> couplings(0.5, -0.25, 0.125);
+    for (const AcquisitionPlan& plan : {tdm_, fdm_}) {
+        const auto tones = block(plan, plan.is_tdm() ? Excitation::s1 : Excitation::all, coupled(couplings, {0, 0, 0}));
+        const auto columns = Demodulator<double>(plan, params).demodulate(tones);
+        ASSERT_TRUE(columns.ok());
+        const MeasuredColumn<double>& column = (*columns)[0];
+        const auto level = static_cast<float>(0.25 * 3e6 / kFullScale);
+        const double error = plan.is_tdm() ? static_cast<double>(params.converters.amplitude_error(1, level) / level) : 0;
+        EXPECT_NEAR(column.in_phase(0), 0.5 * (1 - 82.0 / 16384), 1e-6);
+        EXPECT_NEAR(column.in_phase(1), -0.25 * (1 - error), 1e-6);
+        EXPECT_NEAR(column.in_phase(2), 0.125, 1e-6);
+        EXPECT_NEAR(column.level[1], static_cast<double>(kLevelsPerFullScale * level), 2);
+        EXPECT_EQ(error > 1e-3, plan.is_tdm());
+    }
+}
+
 TEST_F(DemodulatorTest, FdmGivesThreeColumnsWithTheSameTime) {
     test::ToneBlock tones;
     for (std::size_t j = 0; j < 3; ++j) {

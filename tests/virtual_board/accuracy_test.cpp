@@ -50,8 +50,8 @@ void add_board(std::uint64_t seed, Multiplexing multiplexing, std::map<int, AtRa
         ASSERT_GT(frames[n].size(), 20U) << n;
         host::PoseFile file;
         file.path = "rests";
-        for (const Mat3<double>& x : frames[n]) {
-            file.poses.push_back(at(poses[n], x));
+        for (const test::RestFrame& frame : frames[n]) {
+            file.poses.push_back(at(poses[n], frame.x));
         }
         Vec3<double> mean = Vec3<double>::Zero();
         double squares = 0;

@@ -3,6 +3,7 @@
 
 #include "board/host/calibration/band_ratio.hpp"
 #include "core/protocol/command_arguments.hpp"
+#include "core/protocol/convert.hpp"
 #include "tests/virtual_board/rests.hpp"
 
 namespace tricoil {
@@ -33,7 +34,7 @@ host::BandRatio ratio_of_board(std::uint64_t seed) {
     host::BandRatio bands(24);
     const auto vector = [](const std::array<float, 3>& v) { return Vec3<float>(v[0], v[1], v[2]).cast<double>().eval(); };
     for (std::size_t n = 0; n + 5 < host.columns.size(); n += 6) {
-        const bool is_used = host.columns[n].flags == 0;  // the gain does not change
+        const bool is_used = protocol::flag_bits(host.columns[n]) == 0;  // the gain does not change
         for (std::size_t j = 0; j < 3; ++j) {
             if (!is_used) {
                 bands.restart(static_cast<int>(j));

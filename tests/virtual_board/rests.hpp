@@ -6,11 +6,12 @@
 #include <optional>
 #include <random>
 
-#include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/converter_fit.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "core/calibration/blob.hpp"
 #include "core/protocol/command_arguments.hpp"
+#include "core/protocol/convert.hpp"
 #include "tests/virtual_board/board_bench.hpp"
 
 namespace tricoil::test {
@@ -51,28 +52,38 @@ inline std::optional<std::size_t> rest_at(std::int64_t time_us, std::size_t rest
     return is_used ? std::optional(static_cast<std::size_t>(rest)) : std::nullopt;
 }
 
+/// A complete signal matrix, and the levels at the converters.
+struct RestFrame {
+    Mat3<double> x;
+    host::SignalLevels levels;
+};
+using RestFrames = std::vector<std::vector<RestFrame>>;
+
 /// What a board sends about the used part of each rest.
 struct Measured {
-    std::vector<std::vector<Mat3<double>>> frames;          // complete signal matrices
+    RestFrames frames;
     std::vector<std::vector<protocol::PoseMessage>> poses;  // of the board's tracker
 };
 
-inline std::vector<std::vector<Mat3<double>>> frames_of(const std::vector<protocol::ColumnMessage>& columns, std::size_t rests) {
-    std::vector<std::vector<Mat3<double>>> frames(rests);
-    Mat3<double> x;
+inline RestFrames frames_of(const std::vector<protocol::ColumnMessage>& columns, std::size_t rests) {
+    RestFrames frames(rests);
+    RestFrame frame;
     int have = 0;
     for (const protocol::ColumnMessage& column : columns) {
         const auto rest = rest_at(column.time_us, rests);
         const int j = column.state - 1;
-        have = rest && column.flags == 0 && j == have ? have + 1 : 0;
+        have = rest && flag_bits(column) == 0 && j == have ? have + 1 : 0;
         if (have == 0) {
             continue;
         }
         for (int i = 0; i < kSensorCoils; ++i) {
-            x(i, j) = static_cast<double>(column.in_phase[static_cast<std::size_t>(i)]);
+            const auto coil = static_cast<std::size_t>(i);
+            frame.x(i, j) = static_cast<double>(column.in_phase[coil]);
+            frame.levels.share(i, j) = column.level[coil] / static_cast<double>(kLevelsPerFullScale);
         }
+        frame.levels.gain_step = column.flags >> protocol::kGainStepBit;
         if (have == kSourceCoils) {
-            frames[*rest].push_back(x);
+            frames[*rest].push_back(frame);
             have = 0;
         }
     }
@@ -114,22 +125,24 @@ inline host::MeasuredPose at(const sim::Pose& pose, const Mat3<double>& x) {
     return {pose.position_m, pose.q_source_sensor.toRotationMatrix(), x, 1};
 }
 
-/// One pose for each rest, with the mean of its signal matrices.
-inline host::PoseFile means_of(const std::vector<std::vector<Mat3<double>>>& frames, const std::vector<sim::Pose>& poses) {
+/// One pose for each rest, with the mean of its signal matrices and the levels of its last.
+inline host::PoseFile means_of(const RestFrames& frames, const std::vector<sim::Pose>& poses) {
     host::PoseFile file;
     file.path = "rests";
     for (std::size_t n = 0; n < poses.size(); ++n) {
         EXPECT_GT(frames[n].size(), 20U) << n;
         Mat3<double> mean = Mat3<double>::Zero();
-        for (const Mat3<double>& x : frames[n]) {
-            mean += x / static_cast<double>(frames[n].size());
+        for (const RestFrame& frame : frames[n]) {
+            mean += frame.x / static_cast<double>(frames[n].size());
         }
         file.poses.push_back(at(poses[n], mean));
+        file.poses.back().levels = frames[n].back().levels;
     }
     return file;
 }
 
-/// The calibration of `tricoil calibrate --model concentric` from rests at 36 random poses without metal.
+/// The calibration of `tricoil calibrate --model concentric` from rests at 36 random poses without metal; with --converters in
+/// TDM.
 inline host::CalibrationFile calibrate(const virtual_board::BoardCircuit& circuit, protocol::ModeRequest mode,
                                        std::uint64_t seed) {
     std::mt19937_64 random(seed);
@@ -137,17 +150,25 @@ inline host::CalibrationFile calibrate(const virtual_board::BoardCircuit& circui
     for (int n = 0; n < 36; ++n) {
         poses.push_back(random_pose(0.48 + 0.01 * n, random));
     }
-    const host::PoseFile file = means_of(measure(circuit, host::load_scenario("still", 1), mode, poses, nullptr).frames, poses);
+    std::vector<host::PoseFile> files{
+        means_of(measure(circuit, host::load_scenario("still", 1), mode, poses, nullptr).frames, poses)};
     host::FitOptions options;
     options.model = host::FitModel::concentric;
-    const host::CalibrationFit fit = fit_calibration({file}, options);
+    host::ConverterFit converters;
+    if (mode.multiplexing == signal::Multiplexing::tdm) {
+        converters = fit_converters(files, options);
+    } else {
+        converters.coils = fit_calibration(files, options);
+    }
+    const host::CalibrationFit& fit = converters.coils;
     host::CalibrationFile calibrated;
+    calibrated.calibration.converters = converters.errors;
     calibrated.calibration.model = fit.model;
     calibrated.calibration.hemisphere = Vec3<double>::UnitX();
     calibrated.model = "concentric";
     calibrated.source_stage = fit.source_stage;
     calibrated.mount_sensor = fit.mount_sensor;
-    const auto errors = evaluate(calibrated, {file}, host::EvaluationSolver::direct);
+    const auto errors = evaluate(calibrated, files, host::EvaluationSolver::direct);
     calibrated.calibration.misfit_floor = host::misfit_floor_of(errors, fit.outliers.size());
     return calibrated;
 }

@@ -40,7 +40,7 @@ struct TwoBands : ::testing::TestWithParam<const char*> {
         std::size_t valid = 0;
         const auto& columns = bench.host(test::on_usb).columns;
         for (const protocol::ColumnMessage& message : columns) {
-            Column<double> column;
+            MeasuredColumn<double> column;
             EXPECT_EQ(protocol::from_message(message, column), protocol::WireError::none);
             const auto pose = tracker.update(column);
             if (pose && pose->valid() && message.time_us > columns.front().time_us + 500'000) {

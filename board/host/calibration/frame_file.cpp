@@ -20,16 +20,15 @@ namespace {
 /// Columns of a table.
 struct TableForm {
     std::size_t before = 0;  // columns before the couplings
-    bool has_quadrature = false;
+    std::size_t couplings = kCouplings;  // columns of the couplings and of what follows them
 
-    [[nodiscard]] std::size_t columns() const { return before + coupling_fields(has_quadrature); }
+    [[nodiscard]] std::size_t columns() const { return before + couplings; }
 };
 
-/// Throws InputError unless the header ends in all nine couplings, in order, and optionally their quadratures.
+/// Throws InputError unless the header ends in all nine couplings, in order, and optionally in their quadratures and levels.
 TableForm form_of(const std::string& path, std::string_view header) {
     TableForm form;
-    form.has_quadrature = header.ends_with(kQuadratureColumns);
-    header.remove_suffix(form.has_quadrature ? kQuadratureColumns.size() : 0);
+    form.couplings = take_coupling_fields(header);
     const std::size_t names = split(header, ',').size();
     for (const char letter : {'x', 'm'}) {
         std::string wanted;
@@ -81,7 +80,8 @@ bool holds_column_frames(const std::string& path) {
     std::string header;
     std::getline(std::ifstream(path), header);
     header.erase(header.find_last_not_of(" \r") + 1);
-    return header.ends_with("x33") || header.ends_with("m33") || header.ends_with("q33");
+    return header.ends_with("x33") || header.ends_with("m33") || header.ends_with("q33") ||
+           header.ends_with(kLevelColumns);
 }
 
 std::vector<CouplingFrame> read_frames(const std::string& path) {

@@ -87,9 +87,9 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const Text
     return pose;
 }
 
-MeasuredPose parse_csv(const std::vector<std::string_view>& fields, bool has_quadrature, const TextPlace& place) {
+MeasuredPose parse_csv(const std::vector<std::string_view>& fields, std::size_t coupling_fields, const TextPlace& place) {
     constexpr std::size_t kBefore = 7;
-    const std::size_t count = kBefore + coupling_fields(has_quadrature);
+    const std::size_t count = kBefore + coupling_fields;
     if (fields.size() != count) {
         throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), count));
     }
@@ -108,6 +108,7 @@ MeasuredPose parse_csv(const std::vector<std::string_view>& fields, bool has_qua
     const CouplingFrame couplings = parse_couplings(std::span(fields).subspan(kBefore), place);
     pose.x = couplings.x;
     pose.quadrature = couplings.quadrature;
+    pose.levels = couplings.levels;
     return pose;
 }
 
@@ -116,11 +117,11 @@ MeasuredPose parse_csv(const std::vector<std::string_view>& fields, bool has_qua
 PoseFile read_pose_file(const std::string& path) {
     const auto lines = read_lines(path);
     const bool csv = lines.front().find(',') != std::string::npos;
-    const std::string header(kPoseCsvHeader);
-    const bool has_quadrature = csv && lines.front() == header + std::string(kQuadratureColumns);
-    if (csv && !has_quadrature && lines.front() != header) {
-        throw InputError(path + ":1: the header must be " + header + ", optionally followed by " +
-                         std::string(kQuadratureColumns));
+    std::string_view header = lines.front();
+    const std::size_t coupling_fields = take_coupling_fields(header);
+    if (csv && header != kPoseCsvHeader) {
+        throw InputError(fmt::format("{}:1: the header must be {}, optionally followed by {}, and by {}", path, kPoseCsvHeader,
+                                     kQuadratureColumns, kLevelColumns));
     }
     PoseFile file;
     file.path = path;
@@ -136,10 +137,10 @@ PoseFile read_pose_file(const std::string& path) {
         if (fields.empty() || (fields.size() == 1 && fields[0].empty())) {
             continue;
         }
-        file.poses.push_back(csv ? parse_csv(fields, has_quadrature, place) : parse_ilemt(fields, place));
+        file.poses.push_back(csv ? parse_csv(fields, coupling_fields, place) : parse_ilemt(fields, place));
         const MeasuredPose& pose = file.poses.back();
         check_position(pose.stage_position_m, place);
-        check_couplings({pose.x, pose.quadrature}, place);
+        check_couplings({pose.x, pose.quadrature, pose.levels}, place);
     }
     if (file.poses.empty()) {
         throw InputError(path + ": holds no poses");

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "board/support/coupling_text.hpp"
 #include "core/geometry/types.hpp"
 
 namespace tricoil::host {
@@ -16,6 +17,7 @@ struct MeasuredPose {
     Mat3<double> x;                                         // couplings in phase; x(i, j): sensor coil i, source coil j
     std::size_t line = 0;                                   // in the file, from 1
     std::optional<Mat3<double>> quadrature = std::nullopt;  // of the couplings, if the file has it
+    std::optional<SignalLevels> levels = std::nullopt;      // the same
 };
 
 /// One file, recorded with fixed fixtures; only the stage moves.
@@ -34,7 +36,7 @@ std::string source_fixture_name(const PoseFile& file);
 /// - ILEMT text: x y z (mm) and Euler angles Rx Ry Rz (deg; rotation Rz Ry Rx) of the stage, then nine complex couplings as
 /// +0.1-0.2i, (source 1, sensor 1), (source 2, sensor 1), ..., and optionally nine more of a second carrier, which are checked
 /// but not used.
-/// - CSV with the header kPoseCsvHeader, and optionally kQuadratureColumns.
+/// - CSV with the header kPoseCsvHeader, and optionally kQuadratureColumns, and behind them kLevelColumns.
 PoseFile read_pose_file(const std::string& path);
 
 /// All files; throws InputError also if one is named twice.

@@ -42,6 +42,7 @@ struct CalibrateCommand {
     std::string blob;
     std::vector<std::string> data;
     bool affine = false;
+    bool converters = false;
     bool free_motion = false;
     bool grid = false;
     bool pivot = false;
@@ -194,6 +195,9 @@ void check_usage(const CalibrateCommand& c) {
     if (c.pivot && (c.data.size() != 1 || !c.blob.empty())) {
         throw InputError("--pivot takes one file or folder of poses, and no --blob");
     }
+    if (c.converters && (c.free_motion || c.grid || c.pivot || c.surroundings || c.low_band || !c.wiring.empty())) {
+        throw InputError("--converters needs poses of a stage; remove the option of the other kind of calibration");
+    }
     if (c.coupling_constant && !c.free_motion) {
         throw InputError("--coupling-constant: only with --free-motion; a stage or a grid gives the scale of the lengths");
     }
@@ -250,8 +254,12 @@ GridCommand grid_of(const CalibrateCommand& command) {
 }
 
 StageCommand stage_of(const CalibrateCommand& command) {
-    return {command.data, model_of(command), static_cast<FixtureModel>(index_of_name("fixtures", command.fixtures, kFixtures)),
-            static_cast<StageModel>(index_of_name("--stage", command.stage, kStages)), command.affine};
+    return {command.data,
+            model_of(command),
+            static_cast<FixtureModel>(index_of_name("fixtures", command.fixtures, kFixtures)),
+            static_cast<StageModel>(index_of_name("--stage", command.stage, kStages)),
+            command.affine,
+            command.converters};
 }
 
 int calibrate(const CalibrateCommand& command) {
@@ -305,6 +313,9 @@ void add_calibrate_command(CLI::App& program, Action& action) {
             "in the position in the room, and a uniform stray field (room)"),
         kStages)
         ->capture_default_str();
+    sub->add_flag("--converters", c->converters,
+                  "Also find the non-linearity of the board's converters and the errors of its gain steps (TDM; needs a11 to a33 "
+                  "and gain_step, as convert --to rests gives them)");
     sub->add_flag("--affine", c->affine, "Also fit an affine correction of the positions");
     sub->add_option("--out", c->out, "Calibration or tip as TOML")->type_name(kFileType);
     sub->add_option("--blob", c->blob, "Calibration as bytes for flash")->type_name(kFileType);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include "board/host/calibration/converter_fit.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
@@ -66,6 +67,10 @@ std::string stage_text(const Json& r) {
     text += fill(r,
                  "  on these poses: {position_rms_m in mm:.4f} mm, {orientation_rms_deg:.4f} deg RMS "
                  "(95 % {position_p95_m in mm:.4f} mm, {orientation_p95_deg:.4f} deg)\n");
+    if (r.contains("converters")) {
+        text += fill(r["converters"],
+                     "  converters: non-linearity {non_linearity_lsb:.2f} LSB, gain steps {gain_error in %:.3f} % RMS\n");
+    }
     return text + (r.contains("affine_position_rms_m")
                        ? fill(r, "  affine output correction: {affine_position_rms_m in mm:.4f} mm RMS on the same poses\n")
                        : "");
@@ -80,9 +85,17 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, Json& result, st
     const Mat3<double> phase_rad = remove_own_phases(files);
     Progress progress("calibrate");
     options.progress = progress.part(0, 1);
-    const CalibrationFit fit = fit_calibration(files, options);
+    ConverterFit converters;
+    if (command.converters) {
+        converters = fit_converters(files, options);
+        result["converters"] = {{"non_linearity_lsb", converters.non_linearity_lsb}, {"gain_error", converters.gain_error}};
+    } else {
+        converters.coils = fit_calibration(files, options);
+    }
+    const CalibrationFit& fit = converters.coils;
     describe_fit(fit, command, result, warnings);
     CalibrationFile file;
+    file.calibration.converters = converters.errors;
     file.calibration.model = fit.model;
     file.model = to_string(options.model);
     file.source_stage = fit.source_stage;

@@ -16,6 +16,7 @@ struct StageCommand {
     FixtureModel fixtures = FixtureModel::free;
     StageModel stage = StageModel::ideal;
     bool affine = false;
+    bool converters = false;  // also the errors of the board's converters
 };
 
 /// The coils and fixtures from couplings at known poses. Sets the result and adds warnings. Throws InputError.

@@ -35,7 +35,7 @@ void CouplingsCsv::add(const Mat3<double>& x, const sim::Pose& truth) {
     ++matrices_;
 }
 
-void CouplingsCsv::do_column(const Column<double>& column) {
+void CouplingsCsv::do_column(const MeasuredColumn<double>& column) {
     if (const int coil = coil_index(column.state); coil >= 0 && !column.flags.has(ColumnFlag::low_band)) {
         quadrature_.col(coil) = column.quadrature;
     }

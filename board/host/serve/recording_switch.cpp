@@ -152,7 +152,7 @@ void RecordingSwitch::do_begin(const Settings& settings) {
     }
 }
 
-void RecordingSwitch::do_column(const Column<double>& column) {
+void RecordingSwitch::do_column(const MeasuredColumn<double>& column) {
     const std::lock_guard lock(mutex_);
     if (recorder_) {
         recorder_->column(column);

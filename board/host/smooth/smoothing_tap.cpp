@@ -24,7 +24,7 @@ void SmoothingTap::do_begin(const Settings& settings) {
     }
 }
 
-void SmoothingTap::do_column(const Column<double>& column) {
+void SmoothingTap::do_column(const MeasuredColumn<double>& column) {
     Sensor& sensor = *sensors_.at(column.sensor);
     if (const auto estimate = sensor.tracker.update(column)) {
         sensor.smoother.add(*estimate, sensor.tracker);
