@@ -5,12 +5,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <random>
 
 #include "board/host/calibration/evaluation.hpp"
 #include "board/support/errors.hpp"
+#include "core/calibration/blob.hpp"
 #include "sim/virtual_board/coils/converter_error.hpp"
+#include "tests/cli/cli_runner.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::host {
@@ -150,6 +158,90 @@ TEST(ConverterFit, AnIdealBoardIsNotMadeWorse) {
     const ConverterFit fit = fit_converters(files, concentric());
     EXPECT_LT(fit.non_linearity_lsb, 0.03);
     EXPECT_LT(error_mm(fit.coils, corrected(others, fit.errors)), 1.3 * error_mm(coils, others));
+}
+
+/// `tricoil calibrate --converters` with a file of rests.
+class Command : public ::testing::Test {
+protected:
+    static void write(const std::string& columns, const std::string& end_of_last_line = "") {
+        DrawnBoard board(1);
+        const PoseFile rests = poses_of(board, 36, 0.48, 0.84, 1);
+        std::string text = std::string(kPoseCsvHeader) + columns + "\n";
+        for (const MeasuredPose& pose : rests.poses) {
+            const Quat<double> q(pose.stage_rotation);
+            text += fmt::format("{},{},{},{},", fmt::join(pose.stage_position_m, ","), q.w(), fmt::join(q.vec(), ","),
+                                matrix_text(pose.x));
+            text.pop_back();
+            if (columns.find("q11") != std::string::npos) {
+                text += "," + matrix_text(Mat3<double>::Zero());
+            }
+            if (columns.find("a11") != std::string::npos) {
+                text += "," + matrix_text(pose.levels->share) + fmt::format(",{}", pose.levels->gain_step);
+            }
+            text += "\n";
+        }
+        if (!end_of_last_line.empty()) {
+            text.replace(text.rfind(','), std::string::npos, end_of_last_line + "\n");
+        }
+        std::ofstream(rests_) << text;
+    }
+    static test::CliResult calibrate(const std::string& more = "") {
+        return test::tricoil("calibrate --model concentric --converters --json --out " + toml_ + " --blob " + blob_ + " " +
+                             rests_ + more);
+    }
+    static void refused(const test::CliResult& ran, const std::string& reason) {
+        EXPECT_EQ(ran.exit_code, 2);
+        EXPECT_THAT(ran.err, HasSubstr(reason));
+        EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    }
+    void TearDown() override {
+        for (const std::string& path : {rests_, toml_, blob_}) {
+            std::filesystem::remove(path);
+        }
+    }
+
+    static inline const std::string rests_ = test::path_in_temp("rests.csv");
+    static inline const std::string toml_ = test::path_in_temp("converters.toml");
+    static inline const std::string blob_ = test::path_in_temp("converters.bin");
+    static inline const std::string all_ = std::string(kQuadratureColumns) + std::string(kLevelColumns);
+};
+
+TEST_F(Command, FileAndBlobHaveTheSameErrors) {
+    write(all_);
+    const auto ran = calibrate();
+    ASSERT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_GT(ran.json()["converters"]["non_linearity_lsb"], 0.1);
+    const CalibrationFile file = read_calibration(toml_);
+    EXPECT_NE(file.calibration.converters, signal::ConverterErrors{});
+    const std::string bytes = test::read_file(blob_);
+    const auto decoded = calibration::decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    ASSERT_TRUE(decoded.ok()) << decoded.status().message();
+    EXPECT_EQ(decoded->converters, file.calibration.converters);
+}
+
+TEST_F(Command, RefusesBadLevels) {
+    write("");
+    refused(calibrate(), "rests.csv:2: the levels at the converters (a11 to a33, gain_step) are missing or zero");
+    write(std::string(kLevelColumns));
+    EXPECT_EQ(calibrate().exit_code, 0);
+    write(all_, ",12");
+    refused(calibrate(), "rests.csv:37: gain_step must be a whole number from 0 to 11");
+    write(all_, ",2.5");
+    refused(calibrate(), "rests.csv:37: gain_step must be a whole number from 0 to 11");
+    write(all_, "e9,3");
+    refused(calibrate(), "rests.csv:37: a level (a11 to a33) is not a share of full scale, 0 to 1");
+    write(all_);
+    refused(calibrate(" --grid --spacing-mm 50"), "--converters needs poses of a stage");
+}
+
+TEST_F(Command, RefusesDamagedErrorsInTheCalibration) {
+    write(all_);
+    ASSERT_EQ(calibrate().exit_code, 0);
+    std::string text = test::read_file(toml_);
+    text.replace(text.find("jumps_2 = ["), 11, "jumps_2 = [1, ");
+    std::ofstream(toml_) << text;
+    const auto ran = test::tricoil("evaluate --calibration " + toml_ + " --out " + test::path_in_temp("errors") + " " + rests_);
+    refused(ran, "'converters.jumps_2' must be 14 whole numbers from -127 to 127");
 }
 
 TEST(ConverterFit, RefusesUnknownLevelsAndFewPoses) {
