@@ -90,7 +90,7 @@ Status CalibrationStore::read(calibration::Blob& blob) {
 
 Status CalibrationStore::write(const calibration::Blob& blob) {
     if (storage_.slots() < kSlots || storage_.slot_bytes() < kRecordBytes) {
-        return {StatusCode::invalid_argument, "the storage needs two slots of 592 bytes"};
+        return {StatusCode::invalid_argument, "the storage is too small for two calibrations"};
     }
     const std::size_t slot = newest_ ? 1 - *newest_ : 0;
     const Head head{kMagic, newest_ ? sequence_ + 1 : 0};

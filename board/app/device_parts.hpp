@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "core/calibration/blob.hpp"
+#include "core/protocol/schema.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/demodulator.hpp"
 #include "hal/board_monitor.hpp"
@@ -40,6 +42,7 @@ struct DeviceHardware {
 constexpr std::size_t kMaxPorts = 4;
 /// Longest message that the application sends or receives: a calibration, or a part of a raw block.
 constexpr std::size_t kMaxBoardMessage = 592;
+static_assert(kMaxBoardMessage >= protocol::kFixedBytes<protocol::CalibrationMessage> + calibration::kBlobBytes);
 
 /// One mode: plan from plan_acquisition(), and channel responses at its carriers.
 struct MeasuringMode {

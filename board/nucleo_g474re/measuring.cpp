@@ -25,6 +25,7 @@ app::DeviceParams device_params(std::uint64_t serial, std::uint32_t firmware) {
     for (signal::GainStep<float>& step : params.demodulator.gain_steps) {
         step.noise = noise_at_carriers(step.gain[0]);
     }
+    params.demodulator.conversions = kOversampling;
     params.demodulator.ladder_s = stm32g4::SensorAmplifiers::kLadder_s;
     params.demodulator.sigma_floor = 1e-7F;  // quantisation at the highest gain
     params.demodulator.min_reference_v = 50e-3F;

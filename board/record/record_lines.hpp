@@ -16,7 +16,7 @@ struct TrackerInput {
     InputKind kind = InputKind::column;
     std::uint8_t sensor = 0;
     MeasuredColumn<double> column;  // kind: column
-    DeviceTime now{};       // kind: tick
+    DeviceTime now{};               // kind: tick
     Vec3<double> hemisphere = Vec3<double>::Zero();
 };
 

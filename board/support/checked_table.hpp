@@ -37,7 +37,7 @@ public:
     Mat3<double> matrix(const std::string& key, const Mat3<double>& fallback);  // three rows of three
     /// `count` whole numbers from -most to most; empty if the key is absent.
     std::vector<int> integers(const std::string& key, std::size_t count, int most);
-    CheckedTable child(const std::string& key);                                 // an absent table is returned empty
+    CheckedTable child(const std::string& key);  // an absent table is returned empty
 
     std::vector<CheckedTable> children(const std::string& key);  // [[key]]; none if absent
 

@@ -25,7 +25,7 @@ constexpr std::string_view kLevelColumns = ",a11,a12,a13,a21,a22,a23,a31,a32,a33
 /// Nine fields (i, j), row by row: ten digits, separated by commas.
 std::string matrix_text(const Mat3<double>& matrix);
 
-/// How the couplings of a pose were sampled.
+/// Levels at the converters and gain step of a pose.
 struct SignalLevels {
     Mat3<double> share;  // (i, j): amplitude of source coil j in the converter of sensor channel i, of full scale; 0: unknown
     int gain_step = 0;

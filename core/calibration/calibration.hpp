@@ -32,17 +32,22 @@ struct Calibration {
     Vec3<Scalar> hemisphere = Vec3<Scalar>::Zero();         // half space of the calibration poses; zero: unknown
     Mat3<Scalar> output_linear = Mat3<Scalar>::Identity();  // corrected position = linear * position + offset, source frame
     Vec3<Scalar> output_offset_m = Vec3<Scalar>::Zero();
-    Scalar misfit_floor = 0;      // misfit of clean couplings per coupling, relative to k: errors of the model
-    Scalar quadrature_floor = 1;  // quadrature of clean couplings after phase_rad, likewise; 1: unknown
+    Scalar misfit_floor = 0;             // misfit of clean couplings per coupling, relative to k: errors of the model
+    Scalar quadrature_floor = 1;         // quadrature of clean couplings after phase_rad, likewise; 1: unknown
     signal::ConverterErrors converters;  // of the board that measured the couplings
     [[no_unique_address]] LowBand<Scalar> low_band;
 
     template <typename Other>
     [[nodiscard]] Calibration<Other> cast() const {  // without low_band
-        return {model.template cast<Other>(),           phase_rad.template cast<Other>(),
-                hemisphere.template cast<Other>(),      output_linear.template cast<Other>(),
-                output_offset_m.template cast<Other>(), static_cast<Other>(misfit_floor),
-                static_cast<Other>(quadrature_floor),   converters, {}};
+        return {model.template cast<Other>(),
+                phase_rad.template cast<Other>(),
+                hemisphere.template cast<Other>(),
+                output_linear.template cast<Other>(),
+                output_offset_m.template cast<Other>(),
+                static_cast<Other>(misfit_floor),
+                static_cast<Other>(quadrature_floor),
+                converters,
+                {}};
     }
 };
 

@@ -20,6 +20,7 @@ static_assert(static_cast<int>(ColumnFlag::overrun) == 6 && static_cast<int>(Col
 
 /// Wire-only flag. The receiver must refuse such a column.
 constexpr std::uint16_t kTransitionFlag = 1U << 7U;
+constexpr std::uint16_t kUnusedFlag = 1U << 11U;
 constexpr int kGainStepBit = 12;  // first bit of the gain step in the flags of a column
 
 /// Flags of a column message without its gain step.
@@ -133,6 +134,9 @@ template <typename Scalar>
     c = {};
     if ((m.flags & kTransitionFlag) != 0) {
         return WireError::transition;
+    }
+    if (m.flags >> kGainStepBit >= static_cast<int>(signal::kMaxGainSteps) || (m.flags & kUnusedFlag) != 0) {
+        return WireError::impossible;
     }
     c.sensor = m.sensor;
     c.state = single_coil(m.state - 1);

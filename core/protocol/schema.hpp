@@ -143,16 +143,15 @@ struct Schema<ColumnMessage> {
         field(&ColumnMessage::state, "state", code(WireType::u8, 1, 3, "source coil: 1-3")),
         field(&ColumnMessage::flags, "flags",
               count(WireType::u16,
-                   "bits: 0 saturated, 1 clipped, 2 stuck, 3 no reference, 4 offset, 5 low signal, "
-                   "6 overrun, 7 the coils changed within the window, 8 the gain step changed, 9 columns before it are missing, "
-                   "10 low band, 12-15 gain step of the sensor amplifiers")),
+                    "bits: 0 saturated, 1 clipped, 2 stuck, 3 no reference, 4 offset, 5 low signal, "
+                    "6 overrun, 7 the coils changed within the window, 8 the gain step changed, 9 columns before it are missing, "
+                    "10 low band, 12-15 gain step of the sensor amplifiers")),
         field(&ColumnMessage::state_sequence, "state_sequence",
               count(WireType::u32, "sequence number of the measured excitation state")),
         fields(&ColumnMessage::in_phase, detail::kInPhase, info(WireType::f32, 1, "", -1e6, 1e6, "coupling to each sensor coil")),
         fields(&ColumnMessage::quadrature, detail::kQuadrature,
                info(WireType::f32, 1, "", -1e6, 1e6, "quadrature part; caused by metal, small for thick copper and aluminium")),
-        fields(&ColumnMessage::sigma, detail::kSigma,
-               info(WireType::f32, 1, "", 1e-12, 1e6, "standard deviation of a coupling")),
+        fields(&ColumnMessage::sigma, detail::kSigma, info(WireType::f32, 1, "", 1e-12, 1e6, "standard deviation of a coupling")),
         fields(&ColumnMessage::level, detail::kLevel,
                info(WireType::u16, 1.0 / 65536, "",
                     "amplitude at the converter of each sensor channel, of full scale; 0: unknown"))};

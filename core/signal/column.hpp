@@ -28,11 +28,12 @@ struct Column {
 /// Unit of MeasuredColumn::level: parts of full scale.
 constexpr float kLevelsPerFullScale = 65536;
 
-/// A column and how it was measured, which trackers do not use.
+/// A column with its gain step and levels. Trackers ignore these.
 template <typename Scalar>
 struct MeasuredColumn : Column<Scalar> {
-    std::uint8_t gain_step = 0;                       // of the sensor amplifiers
-    std::array<std::uint16_t, kSensorCoils> level{};  // amplitude at the converter of each sensor channel; 0: unknown
+    std::uint8_t gain_step = 0;  // of the sensor amplifiers
+    std::array<std::uint16_t, kSensorCoils>
+        level{};  // amplitude at each sensor channel's converter. 0: unknown, FDM, or corrected
 };
 
 }  // namespace tricoil

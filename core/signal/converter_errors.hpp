@@ -18,8 +18,8 @@ namespace tricoil::signal {
 #endif
 constexpr bool kCorrectsConverters = TRICOIL_CONVERTER_ERRORS != 0;
 
-/// Integral non-linearity of each sensor channel's converter, as jumps of its characteristic, and what is left of the error of
-/// each gain step after GainControl::measure(). The default is no error.
+/// Integral non-linearity of each sensor channel's converter, as jumps of its characteristic, and the remaining error of each
+/// gain step after GainControl::measure(). The default is no error.
 ///
 /// A successive-approximation converter adds the capacitors of its bits. A capacitor that is wrong shifts all codes in which its
 /// bit is set, so the characteristic jumps where an upper bit changes: at multiples of 1/16 of full scale. A jump of height h at
@@ -54,7 +54,8 @@ struct ConverterErrors {
     }
 
     /// Factor that corrects a phasor of this measured amplitude (share of full scale), sampled with this gain step. alone: the
-    /// carrier is the only signal in the channel; the errors of a sum of carriers are others, and only the gain is corrected.
+    /// carrier is the only signal in the channel; the model does not hold for a sum of carriers, so that only the gain is
+    /// corrected.
     [[nodiscard]] float correction(std::size_t step, std::size_t coil, float amplitude, bool alone) const {
         const float error = alone && amplitude > 0 ? amplitude_error(coil, amplitude) / amplitude : 0;
         return (1 - error) * (1 - gain_error(step, coil));

@@ -7,12 +7,22 @@
 #include "core/base/precision.hpp"
 #include "core/signal/block_health.hpp"
 #include "core/signal/complex_division.hpp"
+#include "core/signal/unit_phasor.hpp"
 
 namespace tricoil::signal {
 namespace {
 
 std::int32_t linear_range(std::int32_t full_scale, float share) {
     return share < 1 ? static_cast<std::int32_t>(share * static_cast<float>(full_scale)) : full_scale;
+}
+
+/// Amplitude of the mean of some conversions in a sample, relative to that of a conversion. turns: of the carrier per sample.
+[[maybe_unused]] float gain_of_sum(double turns, int conversions) {
+    std::complex<double> sum;
+    for (int k = 0; k < conversions; ++k) {
+        sum += unit_phasor(turns * k / conversions);
+    }
+    return static_cast<float>(std::sqrt(sum.real() * sum.real() + sum.imag() * sum.imag())) / static_cast<float>(conversions);
 }
 
 }  // namespace
@@ -23,6 +33,9 @@ Demodulator<Scalar>::Demodulator(const AcquisitionPlan& plan, const DemodulatorP
     for (std::size_t j = 0; j < static_cast<std::size_t>(plan.carriers()); ++j) {
         oscillators_[j] = Oscillator<Scalar>(plan.window_cycles[j], plan.window_samples);
         carrier_rad_s_[j] = 2 * std::numbers::pi_v<Scalar> * static_cast<Scalar>(plan.params.carrier_hz[j]);
+        if constexpr (kCorrectsConverters) {
+            sum_gain_[j] = gain_of_sum(plan.params.carrier_hz[j] / plan.params.sample_rate_hz, params.conversions);
+        }
     }
     const double middle_samples = plan.params.guard_samples + 0.5 * (plan.window_samples - 1);
     midpoint_offset_ = microseconds_from_seconds(middle_samples / plan.params.sample_rate_hz);
@@ -52,7 +65,7 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     for (int carrier = 0; carrier < plan_.carriers(); ++carrier) {
         ChannelPhasors<Scalar>& of_carrier = phasors[static_cast<std::size_t>(carrier)];
         if constexpr (kCorrectsConverters) {
-            const Levels levels = correct_converters(block, of_carrier);
+            const Levels levels = correct_converters(block, carrier, of_carrier);
             columns.push_back(make_column(block, carrier, of_carrier, flags));
             columns[columns.size() - 1].level = levels;
             columns[columns.size() - 1].gain_step = block.gain_step;
@@ -102,21 +115,28 @@ std::complex<Scalar> Demodulator<Scalar>::response(const SampleBlock& block, int
     return multiply(channel, gain);
 }
 
-/// Corrects the phasors for the errors of their converters. Returns the amplitudes at the converters, as in MeasuredColumn::level.
+/// Corrects the phasors for the errors of their converters. Returns MeasuredColumn::level: the amplitudes of the conversions;
+/// zero if the columns are corrected, or if each converter has several carriers at the same time.
 template <typename Scalar>
-auto Demodulator<Scalar>::correct_converters(const SampleBlock& block, ChannelPhasors<Scalar>& phasors) const -> Levels {
+auto Demodulator<Scalar>::correct_converters(const SampleBlock& block, int carrier, ChannelPhasors<Scalar>& phasors) const
+    -> Levels {
     Levels levels{};
-    for (std::size_t coil = 0; coil < kSensorCoils && block.full_scale > 0; ++coil) {
-        const float amplitude = static_cast<float>(std::abs(phasors[coil])) / static_cast<float>(block.full_scale);
-        levels[coil] = static_cast<std::uint16_t>(std::min(kLevelsPerFullScale * amplitude, 65535.0F));
-        phasors[coil] *= static_cast<Scalar>(params_.converters.correction(block.gain_step, coil, amplitude, plan_.is_tdm()));
+    const float unit = static_cast<float>(block.full_scale) * sum_gain_[static_cast<std::size_t>(carrier)];
+    const bool is_corrected = !(params_.converters == ConverterErrors{});
+    for (std::size_t coil = 0; coil < kSensorCoils && unit > 0; ++coil) {
+        const float amplitude = static_cast<float>(std::abs(phasors[coil])) / unit;
+        if (is_corrected) {
+            phasors[coil] *= static_cast<Scalar>(params_.converters.correction(block.gain_step, coil, amplitude, plan_.is_tdm()));
+        } else if (plan_.is_tdm()) {
+            levels[coil] = static_cast<std::uint16_t>(std::clamp(kLevelsPerFullScale * amplitude, 1.0F, 65535.0F));
+        }
     }
     return levels;
 }
 
 template <typename Scalar>
-MeasuredColumn<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int carrier, const ChannelPhasors<Scalar>& phasors,
-                                                ColumnFlags flags) const {
+MeasuredColumn<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int carrier,
+                                                        const ChannelPhasors<Scalar>& phasors, ColumnFlags flags) const {
     MeasuredColumn<Scalar> column;
     column.sensor = block.sensor;
     column.state = plan_.is_tdm() ? block.state : single_coil(carrier % kSourceCoils);

@@ -35,6 +35,7 @@ struct DemodulatorParams {
     ChannelResponse<Scalar> response = unit_response<Scalar>();
     GainSteps<Scalar> gain_steps{};          // of the amplifier, by SampleBlock::gain_step
     ConverterErrors converters;              // of the sensor channels
+    int conversions = 1;                     // of a converter, whose sum is a sample
     Scalar ladder_s = 0;                     // time constant of the capacitor at the end of its feedback ladder; 0: none
     Scalar sigma_floor = Scalar(1e-9);       // coupling units: quantisation of the converter, the smallest sigma
     Scalar min_reference_v = Scalar(10e-3);  // amplitude of the reference channel at full drive below which no_reference is set
@@ -68,14 +69,15 @@ private:
     [[nodiscard]] CarrierPhasors read_carriers(std::span<const Sample> window) const;
     void update_noise(std::span<const Sample> window);
     MeasuredColumn<Scalar> make_column(const SampleBlock& block, int carrier, const ChannelPhasors<Scalar>& phasors,
-                               ColumnFlags flags) const;
+                                       ColumnFlags flags) const;
     [[nodiscard]] std::complex<Scalar> response(const SampleBlock& block, int carrier, std::size_t coil) const;
-    Levels correct_converters(const SampleBlock& block, ChannelPhasors<Scalar>& phasors) const;
+    Levels correct_converters(const SampleBlock& block, int carrier, ChannelPhasors<Scalar>& phasors) const;
 
     AcquisitionPlan plan_;
     DemodulatorParams<Scalar> params_;
     std::array<Oscillator<Scalar>, kMaxCarriers> oscillators_;
     std::array<Scalar, kMaxCarriers> carrier_rad_s_{};
+    std::array<float, kMaxCarriers> sum_gain_{};  // amplitude of a sample relative to that of its conversions
     NoiseEstimator<Scalar> noise_estimator_;
     std::array<Scalar, kChannels> sample_power_{};  // running noise power per channel, codes squared
     bool has_noise_ = false;

@@ -100,7 +100,7 @@ ColumnWorld::WindowCoupling ColumnWorld::window_coupling(const FaultEffect& effe
 
 /// Computes phasors of the channels, then the column as the demodulator does.
 MeasuredColumn<double> ColumnWorld::make_column(const Block& block, int carrier_index, const WindowCoupling& coupling,
-                                        const FaultEffect& effect, const ChannelNoise& noise) const {
+                                                const FaultEffect& effect, const ChannelNoise& noise) const {
     const auto carrier = static_cast<std::size_t>(carrier_index);
     const int current = plan_.is_tdm() ? coil_index(block.state) : carrier_index;
     const int coil = current % kSourceCoils;

@@ -37,7 +37,7 @@ private:
     void find_motion_lags();
     [[nodiscard]] double carrier_rad_s(std::size_t carrier) const;
     [[nodiscard]] MeasuredColumn<double> make_column(const Block& block, int carrier_index, const WindowCoupling& coupling,
-                                             const FaultEffect& effect, const ChannelNoise& noise) const;
+                                                     const FaultEffect& effect, const ChannelNoise& noise) const;
     [[nodiscard]] bool saturates(const Block& block, const CurrentColumns& coupling, const FaultEffect& effect) const;
 
     CoilWorld& world_;

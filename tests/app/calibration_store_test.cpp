@@ -26,7 +26,8 @@ std::optional<calibration::Blob> found(sim::SimulatedStorage& storage) {
     return store.open() == Content::sound && store.read(blob).ok() ? std::optional(blob) : std::nullopt;
 }
 
-constexpr std::uint64_t kOperations = 1 + 1 + 62 + 1;  // erase, head, blob, tail
+constexpr std::uint64_t kBlobWords = (calibration::kBlobBytes + 7) / 8;
+constexpr std::uint64_t kOperations = 1 + 1 + kBlobWords + 1;  // erase, head, blob, tail
 
 TEST(CalibrationStore, IsEmptyBeforeTheFirstWrite) {
     sim::SimulatedStorage storage(2, 2048);
@@ -37,7 +38,7 @@ TEST(CalibrationStore, IsEmptyBeforeTheFirstWrite) {
 }
 
 TEST(CalibrationStore, ReadsTheNewestOfMany) {
-    sim::SimulatedStorage storage(2, 512);
+    sim::SimulatedStorage storage(2, CalibrationStore::kRecordBytes);
     CalibrationStore store(storage);
     store.open();
     for (std::uint8_t n = 0; n < 9; ++n) {
@@ -101,7 +102,7 @@ TEST(CalibrationStore, ADamagedRecordLeavesThePreviousOne) {
 }
 
 TEST(CalibrationStore, RefusesADamagedSequenceNumber) {
-    sim::SimulatedStorage storage(2, 512);
+    sim::SimulatedStorage storage(2, CalibrationStore::kRecordBytes);
     CalibrationStore store(storage);
     store.open();
     ASSERT_TRUE(store.write(numbered(1)).ok());
@@ -113,12 +114,12 @@ TEST(CalibrationStore, RefusesADamagedSequenceNumber) {
 TEST(CalibrationStore, RefusesAStorageThatIsTooSmall) {
     sim::SimulatedStorage one(1, 2048);
     EXPECT_EQ(CalibrationStore(one).write(numbered(1)).code(), StatusCode::invalid_argument);
-    sim::SimulatedStorage tight(2, 504);
+    sim::SimulatedStorage tight(2, CalibrationStore::kRecordBytes - 8);
     EXPECT_EQ(CalibrationStore(tight).write(numbered(1)).code(), StatusCode::invalid_argument);
 }
 
 TEST(CalibrationStore, ReportsMemoryThatReadsBackDifferently) {
-    sim::SimulatedStorage storage(2, 512);
+    sim::SimulatedStorage storage(2, CalibrationStore::kRecordBytes);
     CalibrationStore store(storage);
     store.open();
     ASSERT_TRUE(store.write(numbered(1)).ok());

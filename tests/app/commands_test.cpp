@@ -241,6 +241,37 @@ TEST(Calibration, IsAppliedToThePoses) {
     }
 }
 
+TEST(Calibration, CorrectsConvertersAndGainSteps) {
+    DeviceBench board({.scenario = "still"});
+    board.run(0.01);
+    board.host().hello();
+    const auto column = [&] {
+        EXPECT_EQ(board.ask(Opcode::mode, protocol::mode_argument({240'000, signal::Multiplexing::tdm, true})), AckResult::done);
+        board.track();
+        board.run(0.2);
+        board.ask(Opcode::stop);
+        return board.host().columns.back();
+    };
+    const protocol::ColumnMessage raw = column();
+    EXPECT_GT(*std::min_element(raw.level.begin(), raw.level.end()), 0);
+    calibration::Calibration<double> c;
+    c.model.source_moment = board.scenario.world.coupling_constant_m3 * Mat3<double>::Identity();
+    c.converters.gain[0] = {82, 0, -82};  // 0.5 %
+    c.converters.jump[1].fill(127);
+    board.write(calibration::encode(c));
+    ASSERT_EQ(board.host().result(), AckResult::done);
+    board.host().hello();
+    const protocol::ColumnMessage corrected = column();
+    ASSERT_EQ(corrected.state, raw.state);
+    EXPECT_EQ(corrected.level, (std::array<std::uint16_t, 3>{})) << "a board that corrects its columns sends no levels";
+    const float level = static_cast<float>(raw.level[1]) / kLevelsPerFullScale;
+    const std::array<float, 3> factor{1 - 82.0F / 16384, 1 - c.converters.amplitude_error(1, level) / level, 1 + 82.0F / 16384};
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(corrected.in_phase[i] / raw.in_phase[i], factor[i], 2e-4F) << i;
+    }
+    EXPECT_LT(factor[1], 1 - 2e-3F);
+}
+
 /// Coils that are rotated in their housing: poses, hemisphere and boresight refer to the frame of the housing.
 TEST(Calibration, OfTurnedSourceCoilsGivesPosesInTheSourcesFrame) {
     const Mat3<double> turned = geometry::attitude_matrix(geometry::Euler<double>{1.9, -0.4, 0.7}).transpose();

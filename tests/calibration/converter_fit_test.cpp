@@ -117,16 +117,10 @@ double error_mm(const CalibrationFit& fit, const PoseFile& file) {
     return std::sqrt(squares / static_cast<double>(file.poses.size()));
 }
 
-/// As the board corrects its columns.
-PoseFile corrected(PoseFile file, const signal::ConverterErrors& errors) {
-    for (MeasuredPose& pose : file.poses) {
-        for (Eigen::Index k = 0; k < 9; ++k) {
-            pose.x(k / 3, k % 3) *= static_cast<double>(
-                errors.correction(static_cast<std::size_t>(pose.levels->gain_step), static_cast<std::size_t>(k / 3),
-                                  static_cast<float>(pose.levels->share(k / 3, k % 3)), true));
-        }
-    }
-    return file;
+PoseFile corrected(const PoseFile& file, const signal::ConverterErrors& errors) {
+    std::vector<PoseFile> files{file};
+    correct_converters(files, errors);
+    return files[0];
 }
 
 TEST(ConverterFit, RemovesTheErrorsOfDrawnConvertersAtOtherPoses) {
@@ -221,7 +215,7 @@ TEST_F(Command, FileAndBlobHaveTheSameErrors) {
 
 TEST_F(Command, RefusesBadLevels) {
     write("");
-    refused(calibrate(), "rests.csv:2: the levels at the converters (a11 to a33, gain_step) are missing or zero");
+    refused(calibrate(), "rests.csv:2: the levels at the converters (a11 to a33, gain_step) are not known");
     write(std::string(kLevelColumns));
     EXPECT_EQ(calibrate().exit_code, 0);
     write(all_, ",12");
@@ -259,7 +253,7 @@ TEST(ConverterFit, RefusesUnknownLevelsAndFewPoses) {
         (void)fit_converters(files, concentric());
         FAIL();
     } catch (const InputError& error) {
-        EXPECT_THAT(error.what(), HasSubstr("23 poses do not determine"));
+        EXPECT_THAT(error.what(), HasSubstr("35 poses do not determine"));
     }
 }
 

@@ -105,6 +105,12 @@ TEST(Convert, AColumnKeepsSinglePrecisionTransitionsAndLevels) {
     EXPECT_EQ(received.gain_step, 11);
     EXPECT_EQ(received.level, c.level);
     EXPECT_EQ(from_message(to_message(c, 9, true), received), WireError::transition);
+    ColumnMessage m = to_message(c, 9);
+    m.flags |= kUnusedFlag;
+    EXPECT_EQ(from_message(m, received), WireError::impossible);
+    m = to_message(c, 9);
+    m.flags |= 12U << kGainStepBit;
+    EXPECT_EQ(from_message(m, received), WireError::impossible);
     c.in_phase.x() = kNaN;
     ASSERT_EQ(from_message(to_message(c, 9), received), WireError::none);
     EXPECT_TRUE(received.flags.has(ColumnFlag::no_reference));

@@ -34,7 +34,7 @@ Scores play_both(const sim::Motion& motion, const ReplayParams& params, Keep&& k
             if (const auto estimate = filter.update(column)) {
                 scores.filter.add(*estimate, motion, params.sigma);
             }
-            tap.column(column);
+            tap.column({column});
         }
     });
     tap.finish();
@@ -120,7 +120,7 @@ TEST(Smoother, VelocityAndRateAreThoseOfTheMotion) {
     ReplayParams params;
     params.sigma = sigma_for_cost(0.01e-3);
     params.duration_s = 2;
-    replay<double>(motion, params, [&](const Column<double>& column) { tap.column(column); });
+    replay<double>(motion, params, [&](const Column<double>& column) { tap.column({column}); });
     tap.finish();
     const double angle = 2 * std::numbers::pi * to_seconds(last.pose.time);
     const Vec3<double> velocity = 0.2 * std::numbers::pi * Vec3<double>(-std::sin(angle), std::cos(angle), 0);

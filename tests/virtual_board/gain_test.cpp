@@ -59,7 +59,8 @@ Seen seen_at(std::size_t station, const std::vector<protocol::ColumnMessage>& co
     const double end_s = Stations::kBeginS + Stations::kStayS * static_cast<double>(station + 1);
     for (const protocol::ColumnMessage& column : columns) {
         const double time_s = 1e-6 * static_cast<double>(column.time_us);
-        if (time_s < end_s - Stations::kStayS / 2 || time_s > end_s - 0.02 || protocol::flag_bits(column) != static_cast<std::uint16_t>(band)) {
+        if (time_s < end_s - Stations::kStayS / 2 || time_s > end_s - 0.02 ||
+            protocol::flag_bits(column) != static_cast<std::uint16_t>(band)) {
             continue;
         }
         const int j = column.state - 1;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <set>
+#include <string>
 
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
@@ -19,7 +21,9 @@ constexpr double kLsb = 1.0 / 2048;           // of full scale, twelve bits
 constexpr double kUnexplained = 0.03 * kLsb;  // expected error of an amplitude that no parameter explains
 constexpr double kLargestJump = 0.6 * kLsb;   // expected size of the jump of the uppermost bit
 constexpr double kGainError = 1e-3;           // expected
-constexpr double kCoilError = 0.1;            // of gains and angles after their own fit, expected; bounds what no pose determines
+constexpr double kCoilError = 0.1;            // expected error of gains and angles; limits undetermined parameters
+constexpr double kFaintest = 0.01;            // amplitude, of full scale: in weaker signals the level is partly noise
+constexpr double kMostExpected = 6;           // a larger multiple of the expected size is refused
 constexpr int kRounds = 3;                    // coils and converters in turn
 constexpr int kUppermostBit = 11;
 constexpr std::size_t kCodesPerJump = 128;
@@ -69,29 +73,35 @@ Equation equation_of(const MeasuredPose& pose, const Mat3<double>& model, Eigen:
     return equation;
 }
 
+/// Equations of all couplings, without outliers of the fit and without faint couplings.
 std::vector<Equation> equations_of(std::vector<PoseFile> files, const CalibrationFit& fit) {
     if (fit.stage_turns_left_handed) {
         transpose_rotations(files);
     }
+    const std::set<std::string> outliers(fit.outliers.begin(), fit.outliers.end());
     std::vector<Equation> equations;
     for (const PoseFile& file : files) {
         for (const MeasuredPose& pose : file.poses) {
+            if (outliers.contains(fmt::format("{}:{}", file.path, pose.line))) {
+                continue;
+            }
             const auto at = true_pose(fit.source_stage.at(source_fixture_name(file)), pose,
                                       fit.mount_sensor.at(sensor_fixture_name(file)), fit.stage_errors);
             const Mat3<double> o = at.q_source_sensor.toRotationMatrix().transpose();
             const Mat3<double> model = field::signal_matrix<double>(fit.model, at.position_m, o) +
                                        fit.model.sensor_sensitivity.transpose() * o * fit.stage_errors.stray;
+            const double faintest = kFaintest * pose.x.cwiseAbs().maxCoeff();
             for (Eigen::Index k = 0; k < 9; ++k) {
-                equations.push_back(equation_of(pose, model, k / 3, k % 3));
+                if (pose.levels->share(k / 3, k % 3) > kFaintest && std::abs(pose.x(k / 3, k % 3)) > faintest) {
+                    equations.push_back(equation_of(pose, model, k / 3, k % 3));
+                }
             }
         }
     }
     return equations;
 }
 
-/// Weighted least squares with the expected sizes as prior. `relative`: unexplained error of a coupling relative to the largest
-/// of its pose, which the stage causes.
-Eigen::VectorXd solve(const std::vector<Equation>& equations, double relative) {
+Eigen::VectorXd expected_sizes() {
     Eigen::VectorXd expected(kUnknowns);
     expected.head(kCoils).setConstant(kCoilError);
     expected.segment(kGains, kJumps - kGains).setConstant(kGainError);
@@ -100,7 +110,12 @@ Eigen::VectorXd solve(const std::vector<Equation>& equations, double relative) {
             expected(jump_index(coil, n)) = expected_jump(n);
         }
     }
-    // In units of the expected sizes.
+    return expected;
+}
+
+/// Weighted least squares with the expected sizes as prior. `relative`: error of a coupling relative to the largest of its pose
+/// that no parameter explains, such as that of the stage. In units of the expected sizes.
+Eigen::VectorXd solve(const std::vector<Equation>& equations, const Eigen::VectorXd& expected, double relative) {
     Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(kUnknowns, kUnknowns);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(kUnknowns);
     for (const Equation& e : equations) {
@@ -109,11 +124,11 @@ Eigen::VectorXd solve(const std::vector<Equation>& equations, double relative) {
         normal += row * row.transpose();
         right += row * (e.measured_minus_model / sigma);
     }
-    return expected.cwiseProduct(inverse_of_definite(normal) * right);
+    return inverse_of_definite(normal) * right;
 }
 
-/// RMS of what the solution does not explain, relative to the largest coupling of each pose.
-double unexplained(const std::vector<Equation>& equations, const Eigen::VectorXd& solution) {
+/// RMS residual, relative to the largest coupling of each pose.
+double residual_rms(const std::vector<Equation>& equations, const Eigen::VectorXd& solution) {
     double squares = 0;
     for (const Equation& e : equations) {
         squares += std::pow((e.measured_minus_model - e.row.dot(solution)) / e.largest, 2);
@@ -125,18 +140,32 @@ std::int8_t rounded(double value, float unit) {
     return static_cast<std::int8_t>(std::clamp(std::round(value / static_cast<double>(unit)), -127.0, 127.0));
 }
 
-/// Adds a solution to the errors.
-void add(const Eigen::VectorXd& solution, Eigen::VectorXd& sum, ConverterErrors& errors) {
-    sum += solution;
+ConverterErrors rounded(const Eigen::VectorXd& solution) {
+    ConverterErrors errors;
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
         const auto row = static_cast<Eigen::Index>(coil);
         for (std::size_t n = 0; n < ConverterErrors::kJumps; ++n) {
-            errors.jump[coil][n] = rounded(sum(jump_index(row, n)), ConverterErrors::kJumpUnit);
+            errors.jump[coil][n] = rounded(solution(jump_index(row, n)), ConverterErrors::kJumpUnit);
         }
         for (std::size_t step = 0; step < signal::kMaxGainSteps; ++step) {
-            errors.gain[step][coil] = rounded(sum(gain_index(static_cast<int>(step), row)), ConverterErrors::kGainUnit);
+            errors.gain[step][coil] = rounded(solution(gain_index(static_cast<int>(step), row)), ConverterErrors::kGainUnit);
         }
     }
+    return errors;
+}
+
+/// Throws InputError if the errors are larger than those of sound converters.
+ConverterErrors errors_of(const std::vector<Equation>& equations) {
+    const Eigen::VectorXd expected = expected_sizes();
+    const double all = residual_rms(equations, Eigen::VectorXd::Zero(kUnknowns));
+    const Eigen::VectorXd first = solve(equations, expected, all);
+    const Eigen::VectorXd shares = solve(equations, expected, residual_rms(equations, expected.cwiseProduct(first)));
+    if (!(shares.tail(kUnknowns - kCoils).cwiseAbs().maxCoeff() <= kMostExpected)) {
+        throw InputError(
+            "the errors of the converters are larger than those of sound converters; are all poses right, and measured with one "
+            "board in TDM?");
+    }
+    return rounded(expected.cwiseProduct(shares));
 }
 
 template <typename Visit>
@@ -150,27 +179,15 @@ void for_each_coupling(std::vector<PoseFile>& files, const Visit& visit) {
     }
 }
 
-std::vector<PoseFile> corrected(std::vector<PoseFile> files, const ConverterErrors& errors) {
-    for_each_coupling(files, [&](MeasuredPose& pose, Eigen::Index i, Eigen::Index j) {
-        const SignalLevels& levels = *pose.levels;
-        const auto factor =
-            static_cast<double>(errors.correction(static_cast<std::size_t>(levels.gain_step), static_cast<std::size_t>(i),
-                                                  static_cast<float>(levels.share(i, j)), true));
-        pose.x(i, j) *= factor;
-        if (pose.quadrature) {
-            (*pose.quadrature)(i, j) *= factor;
-        }
-    });
-    return files;
-}
-
 void refuse_unknown_levels(const std::vector<PoseFile>& files) {
     for (const PoseFile& file : files) {
         for (const MeasuredPose& pose : file.poses) {
             if (!pose.levels) {
                 throw InputError(fmt::format(
-                    "{}:{}: the levels at the converters (a11 to a33, gain_step) are missing or zero; record the rests with a "
-                    "tracker board, and use tricoil convert --to rests",
+                    "{}:{}: the levels at the converters (a11 to a33) are not known; the line must come from tricoil convert "
+                    "--to "
+                    "rests, from a tracker board in TDM that stores no errors of its converters; if the gain changed during this "
+                    "rest, remove the line",
                     file.path, pose.line));
             }
         }
@@ -181,33 +198,56 @@ void refuse_unknown_levels(const std::vector<PoseFile>& files) {
     }
 }
 
+double squared(float value) { return static_cast<double>(value) * static_cast<double>(value); }
+
 }  // namespace
 
-ConverterFit fit_converters(std::vector<PoseFile>& files, const FitOptions& options) {
+void correct_converters(std::vector<PoseFile>& files, const ConverterErrors& errors) {
+    for_each_coupling(files, [&](MeasuredPose& pose, Eigen::Index i, Eigen::Index j) {
+        if (!pose.levels) {
+            return;
+        }
+        const auto factor =
+            static_cast<double>(errors.correction(static_cast<std::size_t>(pose.levels->gain_step), static_cast<std::size_t>(i),
+                                                  static_cast<float>(pose.levels->share(i, j)), true));
+        pose.x(i, j) *= factor;
+        if (pose.quadrature) {
+            (*pose.quadrature)(i, j) *= factor;
+        }
+    });
+}
+
+ConverterFit fit_converters(std::vector<PoseFile>& files, FitOptions options) {
     refuse_unknown_levels(files);
+    const ShowShare progress = options.progress;
+    double fits = 0;
+    const auto fit_coils = [&] {
+        if (progress) {
+            options.progress = [&](double share) { progress((fits + share) / (kRounds + 1)); };
+        }
+        const CalibrationFit coils = fit_calibration(files, options);
+        ++fits;
+        return coils;
+    };
     ConverterFit fit;
-    fit.coils = fit_calibration(files, options);
+    fit.coils = fit_coils();
     const std::vector<PoseFile> measured = files;
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(kUnknowns);
     for (int round = 0; round < kRounds; ++round) {
-        const std::vector<Equation> equations = equations_of(files, fit.coils);
-        const Eigen::VectorXd first = solve(equations, unexplained(equations, Eigen::VectorXd::Zero(kUnknowns)));
-        add(solve(equations, unexplained(equations, first)), sum, fit.errors);
-        files = corrected(measured, fit.errors);
-        fit.coils = fit_calibration(files, options);
+        fit.errors = errors_of(equations_of(measured, fit.coils));
+        files = measured;
+        correct_converters(files, fit.errors);
+        fit.coils = fit_coils();
     }
-    double squares = 0;
-    double gain_squares = 0;
+    double non_linearity = 0;
+    double gain = 0;
     for_each_coupling(files, [&](const MeasuredPose& pose, Eigen::Index i, Eigen::Index j) {
         const auto coil = static_cast<std::size_t>(i);
-        const float error = fit.errors.amplitude_error(coil, static_cast<float>(pose.levels->share(i, j)));
-        squares += std::pow(static_cast<double>(error) / kLsb, 2);
-        gain_squares +=
-            std::pow(static_cast<double>(fit.errors.gain_error(static_cast<std::size_t>(pose.levels->gain_step), coil)), 2);
+        non_linearity += squared(fit.errors.amplitude_error(coil, static_cast<float>(pose.levels->share(i, j))));
+        gain += squared(fit.errors.gain_error(static_cast<std::size_t>(pose.levels->gain_step), coil));
     });
     const auto couplings = static_cast<double>(9 * count_poses(files));
-    fit.non_linearity_lsb = std::sqrt(squares / couplings);
-    fit.gain_error = std::sqrt(gain_squares / couplings);
+    fit.non_linearity_lsb = std::sqrt(non_linearity / couplings) / kLsb;
+    fit.gain_error = std::sqrt(gain / couplings);
     return fit;
 }
 

@@ -17,12 +17,15 @@ struct ConverterFit {
 
 /// Fits coils and converters in turn, and corrects the couplings of `files`. Least squares: the part of a coupling that the coils
 /// do not explain is an error of its gain step, or a non-linearity of its converter at the amplitude of the coupling
-/// (signal::ConverterErrors). Jumps are expected to be small, and smaller where only lower bits change. Measure in TDM, with a
-/// board that stores no errors of its converters.
-/// Throws InputError like fit_calibration, for a pose without levels (FILE:LINE), and for fewer than kFewestConverterPoses.
-ConverterFit fit_converters(std::vector<PoseFile>& files, const FitOptions& options);
+/// (signal::ConverterErrors). Jumps are expected to be small, and smaller where only lower bits change. Outliers are not used.
+/// Throws InputError like fit_calibration, for a pose without levels (FILE:LINE), for fewer than kFewestConverterPoses, and for
+/// errors that sound converters do not have.
+ConverterFit fit_converters(std::vector<PoseFile>& files, FitOptions options);
 
 /// Nine couplings each; the errors are some seventy numbers.
-constexpr std::size_t kFewestConverterPoses = 24;
+constexpr std::size_t kFewestConverterPoses = 36;
+
+/// Corrects the couplings of poses with known levels, as a board does that stores these errors.
+void correct_converters(std::vector<PoseFile>& files, const signal::ConverterErrors& errors);
 
 }  // namespace tricoil::host

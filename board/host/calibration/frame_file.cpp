@@ -19,7 +19,7 @@ namespace {
 
 /// Columns of a table.
 struct TableForm {
-    std::size_t before = 0;  // columns before the couplings
+    std::size_t before = 0;              // columns before the couplings
     std::size_t couplings = kCouplings;  // columns of the couplings and of what follows them
 
     [[nodiscard]] std::size_t columns() const { return before + couplings; }
@@ -80,8 +80,7 @@ bool holds_column_frames(const std::string& path) {
     std::string header;
     std::getline(std::ifstream(path), header);
     header.erase(header.find_last_not_of(" \r") + 1);
-    return header.ends_with("x33") || header.ends_with("m33") || header.ends_with("q33") ||
-           header.ends_with(kLevelColumns);
+    return header.ends_with("x33") || header.ends_with("m33") || header.ends_with("q33") || header.ends_with(kLevelColumns);
 }
 
 std::vector<CouplingFrame> read_frames(const std::string& path) {

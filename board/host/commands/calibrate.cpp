@@ -43,6 +43,7 @@ struct CalibrateCommand {
     std::vector<std::string> data;
     bool affine = false;
     bool converters = false;
+    std::string converters_from;  // calibration that the measuring board stores
     bool free_motion = false;
     bool grid = false;
     bool pivot = false;
@@ -164,7 +165,7 @@ void check_low_band_usage(const CalibrateCommand& c) {
 }
 
 void check_files(const CalibrateCommand& c) {
-    for (const std::vector<std::string>& inputs : {c.data, {c.calibration}}) {
+    for (const std::vector<std::string>& inputs : {c.data, {c.calibration}, {c.converters_from}}) {
         refuse_input_as_output("--out", c.out, inputs);
         refuse_input_as_output("--blob", c.blob, inputs);
     }
@@ -197,6 +198,9 @@ void check_usage(const CalibrateCommand& c) {
     }
     if (c.converters && (c.free_motion || c.grid || c.pivot || c.surroundings || c.low_band || !c.wiring.empty())) {
         throw InputError("--converters needs poses of a stage; remove the option of the other kind of calibration");
+    }
+    if (!c.converters_from.empty() && (c.converters || c.pivot || c.surroundings || c.low_band || !c.wiring.empty())) {
+        throw InputError("--converters-from: only with a new calibration of the coils, and not with --converters");
     }
     if (c.coupling_constant && !c.free_motion) {
         throw InputError("--coupling-constant: only with --free-motion; a stage or a grid gives the scale of the lengths");
@@ -271,12 +275,14 @@ int calibrate(const CalibrateCommand& command) {
         return calibrate_pivot_command(command.data.front(), command.sensor, command.out, command.json);
     }
     Report report;
-    const CalibrationFile file = command.surroundings ? calibrate_with_surroundings(command, report)
-                                 : command.low_band   ? calibrate_low_band(command.calibration, command.data, report.json)
-                                 : command.free_motion
-                                     ? calibrate_free_motion(free_motion_of(command), report.json, report.warnings)
-                                 : command.grid ? calibrate_grid(grid_of(command), report.json, report.warnings)
-                                                : calibrate_on_stage(stage_of(command), report.json, report.warnings);
+    CalibrationFile file = command.surroundings  ? calibrate_with_surroundings(command, report)
+                           : command.low_band    ? calibrate_low_band(command.calibration, command.data, report.json)
+                           : command.free_motion ? calibrate_free_motion(free_motion_of(command), report.json, report.warnings)
+                           : command.grid        ? calibrate_grid(grid_of(command), report.json, report.warnings)
+                                                 : calibrate_on_stage(stage_of(command), report.json, report.warnings);
+    if (!command.converters_from.empty()) {
+        file.calibration.converters = read_calibration(command.converters_from).calibration.converters;
+    }
     write_files(command, file);
     if (file.calibration.quadrature_floor < 1) {
         report.json["quadrature_floor"] = file.calibration.quadrature_floor;
@@ -316,6 +322,11 @@ void add_calibrate_command(CLI::App& program, Action& action) {
     sub->add_flag("--converters", c->converters,
                   "Also find the non-linearity of the board's converters and the errors of its gain steps (TDM; needs a11 to a33 "
                   "and gain_step, as convert --to rests gives them)");
+    sub->add_option(
+           "--converters-from", c->converters_from,
+           "Calibration that the measuring board stores: the new one keeps its errors of the converters, which the board "
+           "has already corrected")
+        ->type_name(kFileType);
     sub->add_flag("--affine", c->affine, "Also fit an affine correction of the positions");
     sub->add_option("--out", c->out, "Calibration or tip as TOML")->type_name(kFileType);
     sub->add_option("--blob", c->blob, "Calibration as bytes for flash")->type_name(kFileType);

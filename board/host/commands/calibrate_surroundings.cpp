@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/converter_fit.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/surroundings_data.hpp"
@@ -40,6 +41,7 @@ SurroundingsData read_data(const SurroundingsCommand& command, const Calibration
         return data_on_grid(coils, frames, command.spacing_m, known.isZero(0) ? command.hemisphere : known);
     }
     auto files = read_pose_files(command.data);
+    correct_converters(files, coils.calibration.converters);
     remove_phases_of(files, phase_rad);
     return command.refit_fixtures ? data_at_unknown_fixtures(coils, std::move(files))
                                   : data_at_known_fixtures(coils, std::move(files));

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "board/command_line/option_words.hpp"
+#include "board/host/calibration/converter_fit.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
@@ -169,6 +170,7 @@ int evaluate_command(const EvaluateCommand& command) {
         throw InputError("--solver direct: does not use the surroundings of the calibration; use refined");
     }
     auto files = read_pose_files(command.data);
+    correct_converters(files, calibration.calibration.converters);
     remove_phases_of(files, calibration.calibration.phase_rad);
     if (calibration.source_stage.empty() && !command.refit_fixtures) {
         throw InputError(command.calibration + ": has no fixtures (not calibrated on a stage); use --refit-fixtures");

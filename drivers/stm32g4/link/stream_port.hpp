@@ -17,7 +17,7 @@ class StreamPort : public hal::MessagePort {
 protected:
     StreamPort(InterruptLine interrupt, const hal::Clock& clock) : interrupt_(interrupt), clock_(clock) {}
 
-    using Outgoing = FrameQueue<640>;  // the longest message and a pose, or nine poses
+    using Outgoing = FrameQueue<704>;  // the longest message and a pose, or nine poses
     static_assert(sizeof(Outgoing) > FrameQueue<1>::bytes_for(kBoardMessageBytes));
     using Incoming = Ring<std::uint8_t, 256>;
 
