@@ -19,7 +19,7 @@ ADC_SNR_DB = 66
 OPAMP_EN = 100e-9
 OPAMP_GBW = 13e6
 ADC_INL_LSB = 1.0       # largest integral non-linearity of a converter
-SWEEP_S = 0.8           # measurement time for each amplitude of the sweep
+REST_S = 0.25           # measurement time of a rest of the calibration
 
 # Drift: temperature change since calibration, uniform within +-5 K, 2.9 K RMS
 DRIFT_K = 5 / math.sqrt(3)
@@ -28,8 +28,8 @@ GAIN_PER_K = 14e-6      # each preamplifier: two ratios of 10 ppm/K resistors
 EXPANSION_PER_K = 14e-6  # formers of glass-fibre epoxy, diameter
 CABLE_PER_K = 1e-3      # capacitance of the sensor's cable
 COPPER_PER_K = 3.9e-3
-CALIBRATED_M = 0.65     # middle of the ranges of the calibration: its gains are those of this range
-GAIN_STEP_TODAY = 0.77e-3  # error of one step, present firmware: RMS of 12 simulated converters (ACCURACY.md, "What is left")
+GAIN_STEP = 0.77e-3     # error of one gain step as measured at boot: RMS of 12 simulated converters (ACCURACY.md)
+USED_STEPS = 6          # between 0.3 and 1.2 m, the ranges of the calibration
 
 
 def modes():
@@ -83,15 +83,6 @@ class Chain:
             gain *= 2
         return drive, gain, volts * drive * gain
 
-    def gain_steps(self, range_m, hz):
-        """Steps of 2 between the gain for a range and that of the calibration; a row of couplings may be smaller than the largest
-        coupling, so the number is not rounded."""
-        wanted = []
-        for r in (range_m, CALIBRATED_M):
-            drive, _, _ = self.ranging(r, hz)
-            wanted.append(COMFORTABLE_V / (self.coil_v(r, hz) * self.gain[hz] * drive))
-        return abs(math.log2(wanted[0] / wanted[1]))
-
     def densities(self, hz, gain):
         """Noise densities at the converter, V/sqrt(Hz): coil and preamplifier; op-amp of the chip with aliases; converter."""
         reach = math.pi / 2 * OPAMP_GBW / gain
@@ -124,37 +115,37 @@ def _sensitivity():
 
 
 def of_frame(chain, range_m, mode, coil):
-    """3D RMS position error of one TDM frame by cause, mm: (cause, as designed with a sweep of the drive at calibration, with the
-    corrections of the present firmware for converters and gain steps)."""
+    """3D RMS position error of one TDM frame by cause, mm: (cause, calibrated with --converters, calibrated without). The rests of
+    the calibration cover all ranges."""
     s = _sensitivity()
     hz, window = round(float(mode["f1_hz"])), float(mode["window_s"])
     mm = 1e3 * range_m
     pre, opamp, adc, reference = chain.relative_noise(range_m, hz, window)
     drive, _, volts = chain.ranging(range_m, hz)
     amplitude = volts / LSB_V
-    noise_lsb = math.hypot(pre, opamp, adc) * amplitude * math.sqrt(window / (SWEEP_S / 3 * 0.8))
+    noise_lsb = math.hypot(pre, opamp, adc) * amplitude * math.sqrt(window / (REST_S / 3 * 0.8))
     raw, left = rms_errors(ADC_INL_LSB, noise_lsb)
     reference_lsb = chain.reference_v / LSB_V
     resonance = (hz * 2 * math.pi) ** 2 * coil["lcoil"] * coil["ccable"]
     expansion = 2 * EXPANSION_PER_K * DRIFT_K
+    # errors of the steps add up from one to the next; the calibration of the coils contains their mean
+    gain_steps = GAIN_STEP * math.sqrt((USED_STEPS**2 - 1) / (6 * USED_STEPS))
     causes = [
         ("noise: coil and preamplifier", s.coupling * pre, None),
         ("noise: op-amp of the chip", s.coupling * opamp, None),
         ("noise: converter", s.coupling * adc, None),
         ("noise: reference", s.column * reference, None),
         ("non-linearity of the sensors' converters", s.coupling * left / amplitude, s.coupling * raw / amplitude),
-        ("non-linearity of the reference's converter", s.common * left / reference_lsb / drive,
-         s.common * raw / reference_lsb / drive),
-        # gain steps are compared at half the drive: the reference's errors at full and at a quarter of the drive remain
-        (f"gain steps (calibration at {CALIBRATED_M} m)", s.common * math.hypot(1, 4) * left / reference_lsb,
-         s.row * GAIN_STEP_TODAY * math.sqrt(chain.gain_steps(range_m, hz))),
+        # its amplitude is constant at full drive; with less drive its error is part of the gain step
+        ("non-linearity of the reference's converter", 0, s.common * raw / reference_lsb / drive if drive < 1 else 0),
+        ("gain steps", s.row * left / amplitude, s.row * gain_steps),
         ("drift: sense resistors", s.column * SENSE_PER_K * DRIFT_K, None),
         ("drift: preamplifiers' gain", s.row * GAIN_PER_K * DRIFT_K, None),
         ("drift: size of the coils", s.common * 2 * expansion, None),
         ("drift: sensor coil's copper against its damping resistor", s.common * COPPER_PER_K * DRIFT_K * coil["rcoil"] / coil["rdamp"], None),
         ("drift: cable's capacitance", s.common * CABLE_PER_K * DRIFT_K * resonance, None),
     ]
-    return [(name, mm * designed, mm * (designed if today is None else today)) for name, designed, today in causes]
+    return [(name, mm * corrected, mm * (corrected if plain is None else plain)) for name, corrected, plain in causes]
 
 
 def total(causes, column):

@@ -13,7 +13,7 @@ def _couplings(p, w, q):
     return [sum(turned[k][i] * field[k][j] for k in range(3)) for i in range(3) for j in range(3)]
 
 
-def _solve(a, b):
+def solve(a, b):
     n = len(a)
     m = [row[:] + [b[i]] for i, row in enumerate(a)]
     for i in range(n):
@@ -62,7 +62,7 @@ class Sensitivity:
         normal = [[sum(x * y for x, y in zip(a, b)) for b in jacobian] for a in jacobian]
 
         def squared(error):
-            shift = _solve(normal, [sum(x * e for x, e in zip(row, error)) for row in jacobian])
+            shift = solve(normal, [sum(x * e for x, e in zip(row, error)) for row in jacobian])
             return sum(v * v for v in shift[:3]) / poses
 
         for n in range(9):

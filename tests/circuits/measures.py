@@ -215,10 +215,10 @@ def accuracy(results, **overrides):
                        f"range.drive_{cm}": drive_share, f"range.gain_{cm}": gain, f"range.converter_{cm}_v": volts,
                        f"range.snr_{cm}_db": chain.snr_db(cm / 100, 10769, window),
                        f"budget.noise_{cm}_mm": math.hypot(*(row[1] for row in causes[:budget.NOISES])),
-                       f"budget.total_{cm}_mm": budget.total(causes, 1), f"budget.today_{cm}_mm": budget.total(causes, 2)})
+                       f"budget.total_{cm}_mm": budget.total(causes, 1), f"budget.plain_{cm}_mm": budget.total(causes, 2)})
         if cm == 75:
-            for name, designed, today in causes:
-                result[f"cause.{name}"], result[f"today.{name}"] = designed, today
+            for name, corrected, plain in causes:
+                result[f"cause.{name}"], result[f"plain.{name}"] = corrected, plain
     for gain in (1, 2, 4, 8, 16, 32, 64):
         for name, density in zip(("preamplifier", "opamp", "converter"), chain.densities(10769, gain)):
             result[f"density.{name}_{gain}"] = density

@@ -24,10 +24,10 @@ public:
     }
 
     [[nodiscard]] double result(const std::string& name) const { return results_.at(name); }
-    /// 3D RMS errors of one TDM 240 frame at a range of the table, mm: from noise, and from all causes without correction of the
-    /// converters.
+    /// 3D RMS errors of one TDM 240 frame at a range of the table, mm: from noise, and from all causes with corrected converters
+    /// and gain steps.
     [[nodiscard]] double noise_mm(int cm) const { return result(fmt::format("budget.noise_{}_mm", cm)); }
-    [[nodiscard]] double uncorrected_mm(int cm) const { return result(fmt::format("budget.today_{}_mm", cm)); }
+    [[nodiscard]] double total_mm(int cm) const { return result(fmt::format("budget.total_{}_mm", cm)); }
 
     /// From noise at any range, in a mode of measuring.hpp.
     [[nodiscard]] double noise_mm(double range_m, std::size_t mode) const {

@@ -141,14 +141,14 @@ inline host::PoseFile means_of(const RestFrames& frames, const std::vector<sim::
     return file;
 }
 
-/// The calibration of `tricoil calibrate --model concentric` from rests at 36 random poses without metal; with --converters in
-/// TDM.
+/// The calibration of `tricoil calibrate --model concentric` from rests at 48 random poses at 0.28 to 1.22 m, without metal; with
+/// --converters in TDM.
 inline host::CalibrationFile calibrate(const virtual_board::BoardCircuit& circuit, protocol::ModeRequest mode,
                                        std::uint64_t seed) {
     std::mt19937_64 random(seed);
     std::vector<sim::Pose> poses;
-    for (int n = 0; n < 36; ++n) {
-        poses.push_back(random_pose(0.48 + 0.01 * n, random));
+    for (int n = 0; n < 48; ++n) {
+        poses.push_back(random_pose(0.28 + 0.02 * n, random));
     }
     std::vector<host::PoseFile> files{
         means_of(measure(circuit, host::load_scenario("still", 1), mode, poses, nullptr).frames, poses)};
