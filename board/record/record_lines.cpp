@@ -104,9 +104,9 @@ std::string line_of(const TrackerInput& input) {
     switch (input.kind) {
         case InputKind::column: {
             const MeasuredColumn<double>& c = input.column;
-            return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}", kind, c.sensor, to_us(c.midpoint), static_cast<int>(c.state),
-                               c.state_sequence, c.sequence, c.flags.bits(), text_of(c.in_phase), text_of(c.quadrature),
-                               text_of(c.sigma), c.gain_step, fmt::join(c.level, ","));
+            return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}", kind, c.sensor, to_us(c.midpoint),
+                               static_cast<int>(c.state), c.state_sequence, c.sequence, c.flags.bits(), text_of(c.in_phase),
+                               text_of(c.quadrature), text_of(c.sigma), c.gain_step, fmt::join(c.level, ","));
         }
         case InputKind::tick:
             return fmt::format("{},{},{},,,,,,,,,,,,,,,,,", kind, input.sensor, to_us(input.now));

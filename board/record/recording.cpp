@@ -28,9 +28,9 @@ nlohmann::json read_description(const std::string& folder) {
         throw InputError(path + ": is not the description of a tricoil recording");
     }
     const nlohmann::json version = description.value("version", nlohmann::json());
-    if (version != kRecordingVersion) {
-        throw InputError(fmt::format("{}: recording format version {}; this program reads version {}", path, version.dump(),
-                                     kRecordingVersion));
+    if (version != kRecordingVersion && version != kOldestRecordingVersion) {
+        throw InputError(fmt::format("{}: recording format version {}; this program reads versions {} and {}", path,
+                                     version.dump(), kOldestRecordingVersion, kRecordingVersion));
     }
     return description;
 }

@@ -9,7 +9,8 @@
 namespace tricoil::host {
 
 constexpr const char* kRecordingFormat = "tricoil recording";
-constexpr int kRecordingVersion = 3;
+constexpr int kRecordingVersion = 4;
+constexpr int kOldestRecordingVersion = 3;  // without gain steps and levels
 constexpr const char* kDescriptionFile = "recording.json";
 
 /// Line files.

@@ -91,7 +91,7 @@ TEST_F(Damage, ForeignFoldersAndVersions) {
     expect_refused("is this a recording?");
     SetUp();
     describe([](auto& d) { d["version"] = 1; });
-    expect_refused("recording format version 1; this program reads version 3");
+    expect_refused("recording format version 1; this program reads versions 3 and 4");
     fs::remove_all(folder_);
     expect_refused("is not a folder");
 }
@@ -193,6 +193,36 @@ TEST_F(Damage, OlderRecordingsGiveTheSamePoses) {
     const auto replayed = tricoil("replay --json " + folder_);
     ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
     EXPECT_TRUE(replayed.json()["bit_for_bit"]);
+}
+
+/// Levels of a rest during which the gain changes are not known.
+TEST_F(Damage, RestsHaveTheLevelsOfTheirColumns) {
+    fs::remove_all(folder_);
+    ASSERT_EQ(tricoil("run --json --scenario still --mux tdm --tracker direct --duration 2 --record " + folder_).exit_code, 0);
+    end_early();
+    const std::string inputs = get("inputs.csv");
+    for (const bool gain_changes : {false, true}) {
+        std::istringstream lines(inputs);
+        std::string changed;
+        int columns = 0;
+        for (std::string line; std::getline(lines, line);) {
+            if (line.starts_with("column,")) {
+                const int step = gain_changes && ++columns > 700 ? 8 : 7;
+                for (int field = 0; field < 4; ++field) {
+                    line.erase(line.rfind(','));
+                }
+                line += ",#,16384,32768,8192";
+                line.replace(line.find('#'), 1, std::to_string(step));
+            }
+            changed += line + "\n";
+        }
+        put("inputs.csv", changed);
+        const std::string rests = path_in_temp("rests.csv");
+        ASSERT_EQ(tricoil("convert " + folder_ + " --to rests --out " + rests).exit_code, 0);
+        EXPECT_THAT(read_file(rests),
+                    HasSubstr(gain_changes ? ",0,0,0,0,0,0,0,0,0,0\n" : ",0.25,0.25,0.25,0.5,0.5,0.5,0.125,0.125,0.125,7\n"));
+        fs::remove(rests);
+    }
 }
 
 TEST_F(Damage, RestsLeaveOutColumnsWithoutACoil) {

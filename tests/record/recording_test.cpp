@@ -63,7 +63,7 @@ TEST(Recording, DescribesItself) {
     ASSERT_EQ(tricoil("run --json --duration 1 --seed 7 --fault metal:0.6,0.3,0,0.08 --record " + folder).exit_code, 0);
     const auto description = nlohmann::json::parse(read_file(folder + "/recording.json"));
     EXPECT_EQ(description["format"], "tricoil recording");
-    EXPECT_EQ(description["version"], 3);
+    EXPECT_EQ(description["version"], 4);
     EXPECT_EQ(description["source"]["seed"], 7);
     EXPECT_EQ(description["source"]["faults"][0], "metal:0.6,0.3,0,0.08");
     EXPECT_EQ(description["trackers"]["tracker"]["method"], "direct");

@@ -44,7 +44,7 @@ TableForm form_of(const std::string& path, std::string_view header) {
     }
     throw InputError(path +
                      ":1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j), "
-                     "optionally followed by q11,...,q33");
+                     "optionally followed by q11,...,q33 and a11,...,a33,gain_step");
 }
 
 /// Numbers of every line. Checks their count and the rank of the couplings, and that there is a line.

@@ -16,8 +16,8 @@ namespace tricoil::host {
 bool holds_column_frames(const std::string& path);
 
 /// Reads CSV with any header that ends in x11,x12,x13,x21,...,x33 (or m11,...), xij: sensor coil i, source coil j, and optionally
-/// kQuadratureColumns. Columns before these are ignored. Throws InputError, naming file and line, also for a file without column
-/// frames.
+/// kQuadratureColumns and kLevelColumns. Columns before these are ignored. Throws InputError, naming file and line, also for a
+/// file without column frames.
 std::vector<CouplingFrame> read_frames(const std::string& path);
 
 /// The couplings in phase.

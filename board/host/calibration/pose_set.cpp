@@ -120,7 +120,7 @@ PoseFile read_pose_file(const std::string& path) {
     std::string_view header = lines.front();
     const std::size_t coupling_fields = take_coupling_fields(header);
     if (csv && header != kPoseCsvHeader) {
-        throw InputError(fmt::format("{}:1: the header must be {}, optionally followed by {}, and by {}", path, kPoseCsvHeader,
+        throw InputError(fmt::format("{}:1: the header must be {}, optionally followed by {} and {}", path, kPoseCsvHeader,
                                      kQuadratureColumns, kLevelColumns));
     }
     PoseFile file;
