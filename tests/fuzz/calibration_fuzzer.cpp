@@ -16,7 +16,8 @@ void as_toml(std::string_view text) {
     fuzz::accept_or_refuse([&] {
         const auto file = host::read_calibration(fuzz::input_file("calibration.toml", text));
         const auto again = host::read_calibration(fuzz::input_file("again.toml", host::to_toml(file)));
-        if (again.calibration.hemisphere != file.calibration.hemisphere) {
+        if (again.calibration.hemisphere != file.calibration.hemisphere ||
+            again.calibration.converters != file.calibration.converters) {
             std::abort();
         }
     });
