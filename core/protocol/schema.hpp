@@ -152,9 +152,11 @@ struct Schema<ColumnMessage> {
         fields(&ColumnMessage::quadrature, detail::kQuadrature,
                info(WireType::f32, 1, "", -1e6, 1e6, "quadrature part; caused by metal, small for thick copper and aluminium")),
         fields(&ColumnMessage::sigma, detail::kSigma, info(WireType::f32, 1, "", 1e-12, 1e6, "standard deviation of a coupling")),
-        fields(&ColumnMessage::level, detail::kLevel,
-               info(WireType::u16, 1.0 / 65536, "",
-                    "amplitude at the converter of each sensor channel, of full scale; 0: unknown"))};
+        fields(
+            &ColumnMessage::level, detail::kLevel,
+            info(
+                WireType::u16, 1.0 / 65536, "",
+                "amplitude at the converter of each sensor channel, of full scale; 0: unknown, several carriers, or corrected"))};
 };
 
 template <>
