@@ -307,6 +307,15 @@ AckResult TrackerDevice::execute_loader(std::uint32_t argument) {
     return AckResult::done;
 }
 
+/// done: this tracker can use the calibration. Not inlined, to save stack.
+[[gnu::noinline]] AckResult TrackerDevice::check_calibration(std::span<const std::uint8_t> bytes) {
+    const auto decoded = calibration::decode_single(bytes);
+    if (!decoded.ok()) {
+        return AckResult::bad_value;
+    }
+    return usable(*decoded).ok() ? AckResult::done : AckResult::refused;
+}
+
 /// A calibration that is already stored is not written again, because a host repeats a message after a lost acknowledgement.
 AckResult TrackerDevice::store_calibration(HostLink& link, const protocol::CalibrationMessage& message) {
     const bool is_new = link.is_new_calibration(message.sequence);
@@ -316,12 +325,8 @@ AckResult TrackerDevice::store_calibration(HostLink& link, const protocol::Calib
     if (answers_.is_busy()) {
         return AckResult::busy;
     }
-    const auto decoded = calibration::decode_single(message.tail);
-    if (!decoded.ok()) {
-        return AckResult::bad_value;
-    }
-    if (!usable(*decoded).ok()) {
-        return AckResult::refused;
+    if (const AckResult check = check_calibration(message.tail); check != AckResult::done) {
+        return check;
     }
     calibration::Blob blob{};
     if (store_.read(blob).ok() && std::equal(blob.begin(), blob.end(), message.tail.begin(), message.tail.end())) {

@@ -55,6 +55,7 @@ private:
     protocol::AckResult execute_read_block(HostLink& link, Excitation state);
     [[nodiscard]] bool has_permission();
     protocol::AckResult execute_loader(std::uint32_t argument);
+    static protocol::AckResult check_calibration(std::span<const std::uint8_t> bytes);
     protocol::AckResult store_calibration(HostLink& link, const protocol::CalibrationMessage& message);
     void acknowledge(HostLink& link, std::uint8_t opcode, std::uint16_t request, protocol::AckResult result,
                      std::uint32_t argument);

@@ -10,6 +10,7 @@
 #include "core/protocol/schema.hpp"
 #include "core/protocol/wire_error.hpp"
 #include "core/signal/column.hpp"
+#include "core/signal/gain_step.hpp"
 #include "core/tracking/pose_estimate.hpp"
 
 namespace tricoil::protocol {
