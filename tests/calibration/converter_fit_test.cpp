@@ -91,8 +91,8 @@ PoseFile poses_of(DrawnBoard& board, std::size_t count, double nearest_m, double
     for (std::size_t n = 0; n < count; ++n) {
         const double range_m = nearest_m + (farthest_m - nearest_m) * static_cast<double>(n) / static_cast<double>(count);
         Vec3<double> direction = random.direction();
-        direction.x() = std::abs(direction.x());
-        file.poses.push_back(board.measure(range_m * direction, random.attitude(), n + 1));
+        direction.x() = 0.2 + std::abs(direction.x());  // away from the plane between the hemispheres
+        file.poses.push_back(board.measure(range_m * direction.normalized(), random.attitude(), n + 1));
     }
     return file;
 }
@@ -152,6 +152,17 @@ TEST(ConverterFit, AnIdealBoardIsNotMadeWorse) {
     const ConverterFit fit = fit_converters(files, concentric());
     EXPECT_LT(fit.non_linearity_lsb, 0.03);
     EXPECT_LT(error_mm(fit.coils, corrected(others, fit.errors)), 1.3 * error_mm(coils, others));
+}
+
+/// An outlier of the coils says nothing about the converters.
+TEST(ConverterFit, IgnoresAnOutlier) {
+    DrawnBoard board(2);
+    std::vector<PoseFile> files{poses_of(board, 40, 0.48, 0.84, 2)};
+    const PoseFile others = poses_of(board, 60, 0.7, 0.8, 102);
+    files[0].poses[9].stage_position_m.x() += 0.02;
+    const ConverterFit fit = fit_converters(files, concentric());
+    EXPECT_THAT(fit.coils.outliers, ::testing::ElementsAre("rests:10"));
+    EXPECT_LT(error_mm(fit.coils, corrected(others, fit.errors)), 0.15);
 }
 
 /// `tricoil calibrate --converters` with a file of rests.
@@ -215,7 +226,7 @@ TEST_F(Command, FileAndBlobHaveTheSameErrors) {
 
 TEST_F(Command, RefusesBadLevels) {
     write("");
-    refused(calibrate(), "rests.csv:2: the levels at the converters (a11 to a33, gain_step) are not known");
+    refused(calibrate(), "rests.csv:2: the levels at the converters (a11 to a33) are not known");
     write(std::string(kLevelColumns));
     EXPECT_EQ(calibrate().exit_code, 0);
     write(all_, ",12");

@@ -137,6 +137,7 @@ inline host::PoseFile means_of(const RestFrames& frames, const std::vector<sim::
         }
         file.poses.push_back(at(poses[n], mean));
         file.poses.back().levels = frames[n].back().levels;
+        file.poses.back().line = n + 1;
     }
     return file;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <set>
@@ -154,8 +155,12 @@ ConverterErrors rounded(const Eigen::VectorXd& solution) {
     return errors;
 }
 
-/// Throws InputError if the errors are larger than those of sound converters.
+/// Throws InputError if too few couplings fit, and if the errors are larger than those of sound converters.
 ConverterErrors errors_of(const std::vector<Equation>& equations) {
+    if (equations.size() < static_cast<std::size_t>(kUnknowns)) {
+        throw InputError(fmt::format("{} couplings that fit the coils do not determine the errors of the converters; measure more poses",
+                                     equations.size()));
+    }
     const Eigen::VectorXd expected = expected_sizes();
     const double all = residual_rms(equations, Eigen::VectorXd::Zero(kUnknowns));
     const Eigen::VectorXd first = solve(equations, expected, all);
@@ -200,6 +205,26 @@ void refuse_unknown_levels(const std::vector<PoseFile>& files) {
 
 double squared(float value) { return static_cast<double>(value) * static_cast<double>(value); }
 
+/// RMS of the amplitude errors of all couplings, without the part of each channel in proportion to the amplitude: that is gain.
+double non_linearity(std::vector<PoseFile>& files, const ConverterErrors& errors) {
+    std::array<double, kSensorCoils> squares{};
+    std::array<double, kSensorCoils> products{};
+    std::array<double, kSensorCoils> powers{};
+    for_each_coupling(files, [&](const MeasuredPose& pose, Eigen::Index i, Eigen::Index j) {
+        const auto coil = static_cast<std::size_t>(i);
+        const auto amplitude = static_cast<float>(pose.levels->share(i, j));
+        const float error = errors.amplitude_error(coil, amplitude);
+        squares[coil] += squared(error);
+        products[coil] += static_cast<double>(error) * static_cast<double>(amplitude);
+        powers[coil] += squared(amplitude);
+    });
+    double sum = 0;
+    for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+        sum += squares[coil] - products[coil] * products[coil] / powers[coil];
+    }
+    return std::sqrt(sum / static_cast<double>(9 * count_poses(files)));
+}
+
 }  // namespace
 
 void correct_converters(std::vector<PoseFile>& files, const ConverterErrors& errors) {
@@ -238,16 +263,12 @@ ConverterFit fit_converters(std::vector<PoseFile>& files, FitOptions options) {
         correct_converters(files, fit.errors);
         fit.coils = fit_coils();
     }
-    double non_linearity = 0;
     double gain = 0;
-    for_each_coupling(files, [&](const MeasuredPose& pose, Eigen::Index i, Eigen::Index j) {
-        const auto coil = static_cast<std::size_t>(i);
-        non_linearity += squared(fit.errors.amplitude_error(coil, static_cast<float>(pose.levels->share(i, j))));
-        gain += squared(fit.errors.gain_error(static_cast<std::size_t>(pose.levels->gain_step), coil));
+    for_each_coupling(files, [&](const MeasuredPose& pose, Eigen::Index i, Eigen::Index) {
+        gain += squared(fit.errors.gain_error(static_cast<std::size_t>(pose.levels->gain_step), static_cast<std::size_t>(i)));
     });
-    const auto couplings = static_cast<double>(9 * count_poses(files));
-    fit.non_linearity_lsb = std::sqrt(non_linearity / couplings) / kLsb;
-    fit.gain_error = std::sqrt(gain / couplings);
+    fit.non_linearity_lsb = non_linearity(files, fit.errors) / kLsb;
+    fit.gain_error = std::sqrt(gain / static_cast<double>(9 * count_poses(files)));
     return fit;
 }
 

@@ -11,7 +11,7 @@ namespace tricoil::host {
 struct ConverterFit {
     CalibrationFit coils;  // of the corrected couplings
     signal::ConverterErrors errors;
-    double non_linearity_lsb = 0;  // RMS of the removed amplitude errors over all couplings, 1/2048 of full scale
+    double non_linearity_lsb = 0;  // RMS of the removed amplitude errors over all couplings, without gain, 1/2048 of full scale
     double gain_error = 0;         // RMS of the removed errors of the gain steps in use, relative
 };
 
