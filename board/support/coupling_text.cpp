@@ -33,7 +33,8 @@ Mat3<double> parse_matrix(std::span<const std::string_view> fields, const TextPl
 std::optional<SignalLevels> parse_levels(std::span<const std::string_view> fields, const TextPlace& place) {
     const double step = parse_number(fields.back(), place);
     if (!(step >= 0 && step < static_cast<double>(signal::kMaxGainSteps) && step == std::floor(step))) {
-        throw InputError(fmt::format("{}: gain_step must be a whole number from 0 to {}", place.str(), signal::kMaxGainSteps - 1));
+        throw InputError(
+            fmt::format("{}: gain_step must be a whole number from 0 to {}", place.str(), signal::kMaxGainSteps - 1));
     }
     const SignalLevels levels{parse_matrix(fields.first(kCouplings), place), static_cast<int>(step)};
     if (!(levels.share.minCoeff() >= 0 && levels.share.maxCoeff() <= 1)) {

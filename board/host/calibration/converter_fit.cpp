@@ -158,8 +158,9 @@ ConverterErrors rounded(const Eigen::VectorXd& solution) {
 /// Throws InputError if too few couplings fit, and if the errors are larger than those of sound converters.
 ConverterErrors errors_of(const std::vector<Equation>& equations) {
     if (equations.size() < static_cast<std::size_t>(kUnknowns)) {
-        throw InputError(fmt::format("{} couplings that fit the coils do not determine the errors of the converters; measure more poses",
-                                     equations.size()));
+        throw InputError(
+            fmt::format("{} couplings that fit the coils do not determine the errors of the converters; measure more poses",
+                        equations.size()));
     }
     const Eigen::VectorXd expected = expected_sizes();
     const double all = residual_rms(equations, Eigen::VectorXd::Zero(kUnknowns));
