@@ -313,7 +313,8 @@ AckResult TrackerDevice::execute_loader(std::uint32_t argument) {
     if (!decoded.ok()) {
         return AckResult::bad_value;
     }
-    return usable(*decoded).ok() ? AckResult::done : AckResult::refused;
+    const bool corrects = signal::kCorrectsConverters || decoded->converters == signal::ConverterErrors{};
+    return corrects && usable(*decoded).ok() ? AckResult::done : AckResult::refused;
 }
 
 /// A calibration that is already stored is not written again, because a host repeats a message after a lost acknowledgement.

@@ -190,6 +190,7 @@ TEST_F(Damage, OlderRecordingsGiveTheSamePoses) {
         older += line + "\n";
     }
     put("inputs.csv", older);
+    describe([](auto& d) { d["version"] = 3; });
     const auto replayed = tricoil("replay --json " + folder_);
     ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
     EXPECT_TRUE(replayed.json()["bit_for_bit"]);

@@ -191,8 +191,8 @@ void refuse_unknown_levels(const std::vector<PoseFile>& files) {
             if (!pose.levels) {
                 throw InputError(fmt::format(
                     "{}:{}: the levels at the converters (a11 to a33) are not known; the line must come from tricoil convert "
-                    "--to "
-                    "rests, from a tracker board in TDM that stores no errors of its converters; if the gain changed during this "
+                    "--to rests, from a tracker board in TDM that stores no errors of its converters; if the gain changed during "
+                    "this "
                     "rest, remove the line",
                     file.path, pose.line));
             }
@@ -201,6 +201,22 @@ void refuse_unknown_levels(const std::vector<PoseFile>& files) {
     if (const std::size_t poses = count_poses(files); poses < kFewestConverterPoses) {
         throw InputError(fmt::format("{} poses do not determine the errors of the converters; {} or more are needed", poses,
                                      kFewestConverterPoses));
+    }
+}
+
+/// Measured: MeasuredPose or GridFrame.
+template <typename Measured>
+void correct(Measured& measured, const ConverterErrors& errors) {
+    for (Eigen::Index k = 0; measured.levels && k < 9; ++k) {
+        const Eigen::Index i = k / 3;
+        const Eigen::Index j = k % 3;
+        const auto factor = static_cast<double>(errors.correction(static_cast<std::size_t>(measured.levels->gain_step),
+                                                                  static_cast<std::size_t>(i),
+                                                                  static_cast<float>(measured.levels->share(i, j)), true));
+        measured.x(i, j) *= factor;
+        if (measured.quadrature) {
+            (*measured.quadrature)(i, j) *= factor;
+        }
     }
 }
 
@@ -229,18 +245,17 @@ double non_linearity(std::vector<PoseFile>& files, const ConverterErrors& errors
 }  // namespace
 
 void correct_converters(std::vector<PoseFile>& files, const ConverterErrors& errors) {
-    for_each_coupling(files, [&](MeasuredPose& pose, Eigen::Index i, Eigen::Index j) {
-        if (!pose.levels) {
-            return;
+    for (PoseFile& file : files) {
+        for (MeasuredPose& pose : file.poses) {
+            correct(pose, errors);
         }
-        const auto factor =
-            static_cast<double>(errors.correction(static_cast<std::size_t>(pose.levels->gain_step), static_cast<std::size_t>(i),
-                                                  static_cast<float>(pose.levels->share(i, j)), true));
-        pose.x(i, j) *= factor;
-        if (pose.quadrature) {
-            (*pose.quadrature)(i, j) *= factor;
-        }
-    });
+    }
+}
+
+void correct_converters(std::vector<GridFrame>& frames, const ConverterErrors& errors) {
+    for (GridFrame& frame : frames) {
+        correct(frame, errors);
+    }
 }
 
 ConverterFit fit_converters(std::vector<PoseFile>& files, FitOptions options) {

@@ -132,7 +132,7 @@ std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std
     }
     std::vector<GridFrame> frames;
     read_table(path, form, lines, [&](const auto&, const CouplingFrame& frame, const TextPlace& place) {
-        frames.push_back({Vec3<double>::Zero(), frame.x, 0, place.str(), frame.quadrature});
+        frames.push_back({Vec3<double>::Zero(), frame.x, 0, place.str(), frame.quadrature, frame.levels});
     });
     const auto [columns, rows, levels] = *size;
     const auto nodes = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) * static_cast<std::size_t>(levels);
@@ -160,8 +160,8 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
     }
     if (form.before != 3 || !lines.front().starts_with("column,row,level,")) {
         throw InputError(path +
-                         ":1: the header must be column,row,level,x11,...,x33, optionally followed by q11,...,q33, or that of "
-                         "tricoil convert --to rests");
+                         ":1: the header must be column,row,level,x11,...,x33, optionally followed by q11,...,q33 and "
+                         "a11,...,a33,gain_step, or that of tricoil convert --to rests");
     }
     std::vector<GridFrame> frames;
     read_table(path, form, lines, [&](const auto& fields, const CouplingFrame& couplings, const TextPlace& place) {
@@ -171,6 +171,7 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
         }
         frame.x = couplings.x;
         frame.quadrature = couplings.quadrature;
+        frame.levels = couplings.levels;
         frame.place = place.str();
         frames.push_back(frame);
     });

@@ -35,14 +35,15 @@ struct GridFrame {
     std::size_t file = 0;  // from 0: the sensor is held in the same way within a file
     std::string place;     // path and line
     std::optional<Mat3<double>> quadrature = std::nullopt;
+    std::optional<SignalLevels> levels = std::nullopt;
 };
 
 /// Numbers of columns, rows and levels of a grid.
 using GridSize = std::array<int, 3>;
 
-/// CSV with the header column,row,level,x11,...,x33, optionally with kQuadratureColumns, or the rests of a recording (tricoil
-/// convert --to rests) at the nodes of a grid of `size`: in the order of columns, then rows, then levels, equally many rests at
-/// each node. Throws InputError, naming file and line.
+/// CSV with the header column,row,level,x11,...,x33, optionally with kQuadratureColumns and kLevelColumns, or the rests of a
+/// recording (tricoil convert --to rests) at the nodes of a grid of `size`: in the order of columns, then rows, then levels,
+/// equally many rests at each node. Throws InputError, naming file and line.
 std::vector<GridFrame> read_grid(const std::string& path, const std::optional<GridSize>& size = std::nullopt);
 
 /// Column frames of all files, with the numbers of their files.

@@ -36,7 +36,7 @@ std::string source_fixture_name(const PoseFile& file);
 /// - ILEMT text: x y z (mm) and Euler angles Rx Ry Rz (deg; rotation Rz Ry Rx) of the stage, then nine complex couplings as
 /// +0.1-0.2i, (source 1, sensor 1), (source 2, sensor 1), ..., and optionally nine more of a second carrier, which are checked
 /// but not used.
-/// - CSV with the header kPoseCsvHeader, and optionally kQuadratureColumns, and behind them kLevelColumns.
+/// - CSV with the header kPoseCsvHeader, and optionally kQuadratureColumns, then optionally kLevelColumns.
 PoseFile read_pose_file(const std::string& path);
 
 /// All files; throws InputError also if one is named twice.

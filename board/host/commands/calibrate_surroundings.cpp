@@ -37,6 +37,7 @@ SurroundingsData read_data(const SurroundingsCommand& command, const Calibration
     if (command.grid) {
         const auto& known = coils.calibration.hemisphere;
         auto frames = read_grids(command.data, command.nodes);
+        correct_converters(frames, coils.calibration.converters);
         remove_phases_of(frames, phase_rad);
         return data_on_grid(coils, frames, command.spacing_m, known.isZero(0) ? command.hemisphere : known);
     }
