@@ -35,6 +35,7 @@ auto ColumnMeans::between(DeviceTime from, DeviceTime to) -> Means {
         const int coil = coil_index(column.state);
         sum.quadrature.col(coil) += column.quadrature;
         sum.levels.share.col(coil) += Vec3<double>(column.level[0], column.level[1], column.level[2]) / kLevelsPerFullScale;
+        has_levels = has_levels && std::find(column.level.begin(), column.level.end(), 0) == column.level.end();
         has_levels = has_levels && (sum.levels.gain_step < 0 || sum.levels.gain_step == column.gain_step);
         sum.levels.gain_step = column.gain_step;
         count(coil) += 1;

@@ -19,20 +19,16 @@ namespace tricoil::host {
 namespace {
 
 constexpr std::size_t kInputFields = 20;
-constexpr std::size_t kOldInputFields = 16;  // of recordings without gain steps and levels
 constexpr std::size_t kPoseFields = 47;
 
 /// Reads the fields of one line in order.
 class Fields {
 public:
-    Fields(std::string_view line, std::size_t count, const std::string& where, std::size_t old_count = 0)
-        : where_(where), fields_(split(line, ',')) {
-        if (fields_.size() != count && (fields_.size() != old_count || old_count == 0)) {
+    Fields(std::string_view line, std::size_t count, const std::string& where) : where_(where), fields_(split(line, ',')) {
+        if (fields_.size() != count) {
             throw InputError(fmt::format("{}: has {} fields instead of {}", where, fields_.size(), count));
         }
     }
-
-    [[nodiscard]] bool has_more() const { return at_ < fields_.size(); }
 
     std::string_view text() { return fields_[at_++]; }
 
@@ -167,7 +163,7 @@ std::string line_of(const tracking::PoseEstimate<double>& e) {
 }
 
 TrackerInput parse_input(std::string_view line, const std::string& where) {
-    Fields fields(line, kInputFields, where, kOldInputFields);
+    Fields fields(line, kInputFields, where);
     TrackerInput input;
     const std::string_view kind = fields.text();
     std::size_t n = 0;
@@ -194,11 +190,9 @@ TrackerInput parse_input(std::string_view line, const std::string& where) {
             c.in_phase = fields.vector();
             c.quadrature = fields.vector();
             c.sigma = fields.vector();
-            if (fields.has_more()) {
-                c.gain_step = fields.number_below<std::uint8_t>(static_cast<int>(signal::kMaxGainSteps));
-                for (std::uint16_t& level : c.level) {
-                    level = fields.number<std::uint16_t>();
-                }
+            c.gain_step = fields.number_below<std::uint8_t>(static_cast<int>(signal::kMaxGainSteps));
+            for (std::uint16_t& level : c.level) {
+                level = fields.number<std::uint16_t>();
             }
             break;
         }

@@ -45,9 +45,16 @@ RecordLines::RecordLines(const std::string& folder, RecordFile file)
     if (next(header) && header != known && header != old) {  // a killed program may leave an empty file
         throw InputError(path_ + ":1: wrong header");
     }
+    added_ = header == known ? "" : kUnknownLevels;
 }
 
-bool RecordLines::next(std::string& line) { return reader_.next(line) && !reader_.was_cut(); }
+bool RecordLines::next(std::string& line) {
+    if (!reader_.next(line) || reader_.was_cut()) {
+        return false;
+    }
+    line += added_;
+    return true;
+}
 
 Recording::Recording(const std::string& folder, const std::function<void()>& each_block)
     : folder_(folder), description_(read_description(folder)) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "board/record/record_lines.hpp"
 #include "board/record/tracker_settings.hpp"
@@ -12,7 +13,7 @@
 
 namespace tricoil::host {
 
-/// Lines of one file, without its header and without an incomplete last line.
+/// Lines of one file, as in the newest version, without its header and without an incomplete last line.
 class RecordLines {
 public:
     /// Throws InputError if the file is missing or has a different header. A file without a complete line counts as empty.
@@ -26,8 +27,11 @@ public:
     [[nodiscard]] std::string where() const { return path_ + ":" + std::to_string(reader_.line()); }
 
 private:
+    static constexpr std::string_view kUnknownLevels = ",0,0,0,0";  // gain step and levels, which version 3 does not have
+
     std::string path_;
     LineReader reader_;
+    std::string_view added_;  // to each line
 };
 
 class Recording {

@@ -228,7 +228,7 @@ TEST_F(Damage, RestsHaveTheLevelsOfTheirColumns) {
 
 TEST_F(Damage, RestsLeaveOutColumnsWithoutACoil) {
     end_early();
-    put("inputs.csv", get("inputs.csv") + "column,0,400000,0,1,1,0,1,1,1,1,1,1,1,1,1\n");
+    put("inputs.csv", get("inputs.csv") + "column,0,400000,0,1,1,0,1,1,1,1,1,1,1,1,1,0,0,0,0\n");
     const auto result = tricoil("convert " + folder_ + " --to rests --out " + path_in_temp("rests.csv"));
     EXPECT_EQ(result.exit_code, 0) << result.err;
 }
@@ -244,14 +244,15 @@ TEST_F(Damage, InvalidLines) {
         EXPECT_THAT(result.err, HasSubstr("inputs.csv:"));
     };
     refused_by_replay("nonsense", "has 1 fields instead of 20");
-    refused_by_replay("song,0,,,,,,,,,,,,,,", "unknown input kind 'song'");
-    refused_by_replay("tick,9,100,,,,,,,,,,,,,", "sensor 9 does not exist; the recording has 1");
-    refused_by_replay("tick,0,soon,,,,,,,,,,,,,", "'soon', is not a valid number");
-    refused_by_replay("column,0,1,9,1,1,0,1,1,1,1,1,1,1,1,1", "must be less than 5");
-    refused_by_replay("column,0,1,1,1,1,128,1,1,1,1,1,1,1,1,1", "field 7, '128', has unknown flags");
+    refused_by_replay("song,0,,,,,,,,,,,,,,,,,,", "unknown input kind 'song'");
+    refused_by_replay("tick,9,100,,,,,,,,,,,,,,,,,", "sensor 9 does not exist; the recording has 1");
+    refused_by_replay("tick,0,soon,,,,,,,,,,,,,,,,,", "'soon', is not a valid number");
+    refused_by_replay("column,0,1,9,1,1,0,1,1,1,1,1,1,1,1,1,1,1,1,1", "must be less than 5");
+    refused_by_replay("column,0,1,1,1,1,128,1,1,1,1,1,1,1,1,1,1,1,1,1", "field 7, '128', has unknown flags");
     refused_by_replay("column,0,1,1,1,1,0,1,1,1,1,1,1,1,1,1,12,1,1,1", "field 17 must be less than 12");
     refused_by_replay("column,0,1,1,1,1,0,1,1,1,1,1,1,1,1,1,1,65536,1,1", "field 18, '65536', is not a valid number");
     refused_by_replay("column,0,1,1,1,1,0,1,1,1,1,1,1,1,1,1,1,1", "has 18 fields instead of 20");
+    refused_by_replay("column,0,1,1,1,1,0,1,1,1,1,1,1,1,1,1", "has 16 fields instead of 20");
     put("inputs.csv", "kind\n");
     EXPECT_THAT(tricoil("replay " + folder_).err, HasSubstr("inputs.csv:1: wrong header"));
 }
