@@ -1,5 +1,7 @@
 #include "board/record/column_means.hpp"
 
+#include <algorithm>
+
 namespace tricoil::host {
 namespace {
 
