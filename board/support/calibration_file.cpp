@@ -110,10 +110,10 @@ std::string converters_text(const signal::ConverterErrors& errors) {
         return "";
     }
     std::string text =
-        "\n# Of each sensor channel: jumps of the converter, 1/131072 of full scale; errors of the gain steps, 1/16384.\n"
+        "\n# Of each sensor channel: jumps of the converter, 1/65536 of full scale; errors of the gain steps, 1/16384.\n"
         "[converters]\n";
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-        text += fmt::format("jumps_{} = [{}]\n", coil + 1, fmt::join(errors.jump[coil], ", "));
+        text += fmt::format("code_jumps_{} = [{}]\n", coil + 1, fmt::join(errors.jump[coil], ", "));
     }
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
         std::vector<int> gain;
@@ -127,9 +127,18 @@ std::string converters_text(const signal::ConverterErrors& errors) {
 
 signal::ConverterErrors read_converters(CheckedTable& top) {
     signal::ConverterErrors errors;
+    if (!top.has("converters")) {
+        return errors;
+    }
     auto table = top.child("converters");
+    table.require(!table.has("jumps_1"), "jumps_1", "is from an older version; calibrate again with --converters");
+    for (std::size_t coil = 1; coil <= kSensorCoils; ++coil) {
+        for (const std::string& key : {fmt::format("code_jumps_{}", coil), fmt::format("gain_steps_{}", coil)}) {
+            table.need(key);
+        }
+    }
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-        const auto jumps = table.integers(fmt::format("jumps_{}", coil + 1), errors.jump[coil].size(), kLargestByte);
+        const auto jumps = table.integers(fmt::format("code_jumps_{}", coil + 1), errors.jump[coil].size(), kLargestByte);
         for (std::size_t n = 0; n < jumps.size(); ++n) {
             errors.jump[coil][n] = static_cast<std::int8_t>(jumps[n]);
         }

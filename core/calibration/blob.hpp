@@ -11,7 +11,7 @@ namespace tricoil::calibration {
 
 constexpr std::uint32_t kBlobMagic = 0x4C414354;  // "TCAL", little-endian
 constexpr std::size_t kBlobHeaderBytes = 8;       // magic (4), version (2), payload length (2)
-constexpr std::uint16_t kBlobVersion = 4;
+constexpr std::uint16_t kBlobVersion = 5;
 /// Errors of the converters, one byte each; numbers of a Calibration in single precision; the number of virtual dipoles (32-bit
 /// integer) and twelve numbers for each.
 constexpr std::size_t kConverterBytes = sizeof(signal::ConverterErrors);

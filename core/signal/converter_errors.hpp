@@ -27,7 +27,7 @@ constexpr bool kCorrectsConverters = TRICOIL_CONVERTER_ERRORS != 0;
 struct ConverterErrors {
     static constexpr std::size_t kJumps = 14;  // up to 13/16 of full scale; ranging keeps the signal below 0.85
     static constexpr float kSpacing = 1.0F / 16;
-    static constexpr float kJumpUnit = 1.0F / (64 * 2048);  // of full scale: 1/64 of the least significant bit of twelve
+    static constexpr float kJumpUnit = 1.0F / (32 * 2048);  // of full scale: 1/32 of the least significant bit of twelve
     static constexpr float kGainUnit = 1.0F / 16384;        // relative
 
     std::array<std::array<std::int8_t, kJumps>, kSensorCoils> jump{};         // [coil][n]: at n kSpacing and -n kSpacing together
