@@ -121,8 +121,8 @@ inline Measured measure(const virtual_board::BoardCircuit& circuit, sim::Scenari
     return measured;
 }
 
-inline host::MeasuredPose at(const sim::Pose& pose, const Mat3<double>& x) {
-    return {pose.position_m, pose.q_source_sensor.toRotationMatrix(), x, 1};
+inline host::MeasuredPose at(const sim::Pose& pose, const Mat3<double>& x, std::size_t line = 1) {
+    return {pose.position_m, pose.q_source_sensor.toRotationMatrix(), x, line};
 }
 
 /// One pose for each rest, with the mean of its signal matrices and the levels of its last.
@@ -135,21 +135,22 @@ inline host::PoseFile means_of(const RestFrames& frames, const std::vector<sim::
         for (const RestFrame& frame : frames[n]) {
             mean += frame.x / static_cast<double>(frames[n].size());
         }
-        file.poses.push_back(at(poses[n], mean));
+        file.poses.push_back(at(poses[n], mean, n + 1));
         file.poses.back().levels = frames[n].back().levels;
-        file.poses.back().line = n + 1;
     }
     return file;
 }
 
-/// The calibration of `tricoil calibrate --model concentric` from rests at 48 random poses at 0.28 to 1.22 m, without metal; with
+/// The calibration of `tricoil calibrate --model concentric` from rests at random poses at 0.28 to 1.22 m, without metal; with
 /// --converters in TDM.
-inline host::CalibrationFile calibrate(const virtual_board::BoardCircuit& circuit, protocol::ModeRequest mode,
-                                       std::uint64_t seed) {
+inline host::CalibrationFile calibrate(const virtual_board::BoardCircuit& circuit, protocol::ModeRequest mode, std::uint64_t seed,
+                                       int rests) {
+    constexpr double kNearest_m = 0.28;
+    constexpr double kFarthest_m = 1.22;
     std::mt19937_64 random(seed);
     std::vector<sim::Pose> poses;
-    for (int n = 0; n < 48; ++n) {
-        poses.push_back(random_pose(0.28 + 0.02 * n, random));
+    for (int n = 0; n < rests; ++n) {
+        poses.push_back(random_pose(kNearest_m + (kFarthest_m - kNearest_m) * n / (rests - 1), random));
     }
     std::vector<host::PoseFile> files{
         means_of(measure(circuit, host::load_scenario("still", 1), mode, poses, nullptr).frames, poses)};

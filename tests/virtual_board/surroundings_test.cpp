@@ -15,6 +15,7 @@ namespace {
 using virtual_board::BoardCircuit;
 
 constexpr std::uint64_t kBoard = 4;
+constexpr int kCoilRests = 48;  // of the calibration of the coils
 const protocol::ModeRequest kColumns{240'000, signal::Multiplexing::tdm, true};
 const protocol::ModeRequest kPoses{240'000, signal::Multiplexing::tdm, false};
 
@@ -59,7 +60,7 @@ Errors errors_of(const test::Measured& measured, const std::vector<sim::Pose>& t
 
 TEST(Surroundings, BoardAboveATableTracksBetweenTheCalibratedNodes) {
     const BoardCircuit circuit = BoardCircuit::draw(kBoard);
-    const host::CalibrationFile coils = test::calibrate(circuit, kColumns, kBoard);
+    const host::CalibrationFile coils = test::calibrate(circuit, kColumns, kBoard, kCoilRests);
     std::mt19937_64 random(kBoard);
     const auto nodes = grid(3, 0.2, random);
     const auto coils_blob = calibration::encode(coils.calibration);  // the board corrects its converters
