@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "board/linux/column_correction.hpp"
 #include "board/support/tracker_choice.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/signal/acquisition_plan.hpp"
@@ -215,7 +216,8 @@ int DeviceLoop::take_edges() {
 }
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {
-    const MeasuredColumn<double>& column = session_.column();
+    const signal::ConverterErrors errors = params_.calibration ? params_.calibration->converters : signal::ConverterErrors{};
+    const MeasuredColumn<double> column = corrected(session_.column(), errors);
     column_time_ = drivers::host_now();
     beat();
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {

@@ -1,5 +1,6 @@
 // DeviceLoop with coils driven by the host: coils are off after every end of a session; one heartbeat per accepted column. After
 // a lost link the hemisphere is known only if the sensor cannot have left it.
+#include "board/linux/column_correction.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "tests/device/scripted_loop.hpp"
 
@@ -49,6 +50,9 @@ protected:
         params.tips = tips;
         params.hemisphere = {1, 0, 0};
         params.session.confined = confined;
+        make_loop();
+    }
+    void make_loop() {
         loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [this](const protocol::PoseMessage& pose) {
             pose_ = pose;
             without_side_ += side_is_unknown() ? 1 : 0;
@@ -64,6 +68,7 @@ protected:
                                                 static_cast<std::uint32_t>(loop->counters().excitations - excited_before_));
             message.time_us += ahead_us;
             message.in_phase = {static_cast<float>(x(0, coil)), static_cast<float>(x(1, coil)), static_cast<float>(x(2, coil))};
+            do_measure(message);
             port.say(message);
             loop->step();
         }
@@ -82,6 +87,8 @@ protected:
         excited_before_ = loop->counters().excitations - 1;
     }
 
+    virtual void do_measure(protocol::ColumnMessage& /*column*/) {}  // changes the ideal column
+
     protocol::PoseMessage pose_;
     int without_side_ = 0;
     Vec3<double> position_m_{0.4, 0.1, 0.05};
@@ -97,6 +104,63 @@ TEST_F(LoopWithTip, DeliversThePosesOfTheTip) {
     see_frames(10);
     EXPECT_NEAR(x_m(), position_m_.x() + 0.1, 1e-4);
     EXPECT_FALSE(side_is_unknown());
+}
+
+constexpr std::uint8_t kGainStep = 3;
+
+signal::ConverterErrors wrong_gains() {
+    signal::ConverterErrors errors;
+    errors.gain[kGainStep] = {127, 127, 127};  // 0.78 %: 1 mm of the range
+    return errors;
+}
+
+/// The gain of the device is wrong, and the calibration of the host says by how much.
+class LoopWithWrongGain : public LoopWithSensor {
+protected:
+    LoopWithWrongGain() {
+        params.calibration.emplace();
+        params.calibration->model.source_moment *= params.coupling_constant_m3;
+        params.calibration->converters = wrong_gains();
+        make_loop();
+    }
+    void do_measure(protocol::ColumnMessage& column) override {
+        for (float& coupling : column.in_phase) {
+            coupling *= 1 + wrong_gains().gain_error(kGainStep, 0);
+        }
+        column.flags = static_cast<std::uint16_t>(unsigned{kGainStep} << protocol::kGainStepBit);
+        column.level = level_;
+    }
+    std::array<std::uint16_t, 3> level_{20'000, 20'000, 20'000};
+};
+
+TEST_F(LoopWithWrongGain, CorrectsColumnsThatTheDeviceHasNotCorrected) {
+    see_frames(10);
+    EXPECT_NEAR(x_m(), position_m_.x(), 1e-4);
+    level_ = {};
+    see_frames(200);
+    EXPECT_NEAR(x_m(), position_m_.x() * (1 - double{wrong_gains().gain_error(kGainStep, 0)} / 3), 1e-4) << "corrected twice";
+}
+
+TEST(ColumnCorrection, IsThatOfTheBoardAndHappensOnce) {
+    signal::ConverterErrors errors = wrong_gains();
+    errors.jump[1][2] = 100;
+    MeasuredColumn<double> measured;
+    measured.gain_step = kGainStep;
+    measured.in_phase = {0.1, -0.2, 0.3};
+    measured.quadrature = {0.01, 0.02, 0.03};
+    measured.level = {10'000, 20'000, 0};
+    const auto once = corrected(measured, errors);
+    for (std::size_t coil = 0; coil < 2; ++coil) {
+        const auto i = static_cast<Eigen::Index>(coil);
+        const auto factor = static_cast<double>(
+            errors.correction(kGainStep, coil, static_cast<float>(measured.level[coil]) / kLevelsPerFullScale, true));
+        EXPECT_DOUBLE_EQ(once.in_phase(i), factor * measured.in_phase(i));
+        EXPECT_DOUBLE_EQ(once.quadrature(i), factor * measured.quadrature(i));
+    }
+    EXPECT_EQ(once.in_phase(2), measured.in_phase(2)) << "its level is unknown";
+    EXPECT_EQ(once.level, (std::array<std::uint16_t, 3>{}));
+    EXPECT_EQ(corrected(once, errors).in_phase, once.in_phase);
+    EXPECT_EQ(corrected(measured, {}).level, measured.level);
 }
 
 class ConfinedLoop : public LoopWithSensor {
