@@ -95,7 +95,7 @@ template <typename Calibration, typename Visit>
 void visit_calibration(Calibration& known, Visit&& visit) {
     auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor, quadrature_floor, converters, low_band] =
         known;
-    static_cast<void>(converters);  // not a parameter of trackers: the board has corrected the columns
+    static_cast<void>(converters);  // not a parameter of trackers: the columns are corrected before the trackers
     auto& [source_offset_m, source_moment, sensor_offset_m, sensor_sensitivity, source_octupole_m2, sensor_octupole_m2,
            surroundings] = model;
     visit("source_offset_m", source_offset_m);

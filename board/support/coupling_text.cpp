@@ -29,8 +29,7 @@ Mat3<double> parse_matrix(std::span<const std::string_view> fields, const TextPl
     return matrix;
 }
 
-/// None if a level is unknown.
-std::optional<SignalLevels> parse_levels(std::span<const std::string_view> fields, const TextPlace& place) {
+SignalLevels parse_levels(std::span<const std::string_view> fields, const TextPlace& place) {
     const double step = parse_number(fields.back(), place);
     if (!(step >= 0 && step < static_cast<double>(signal::kMaxGainSteps) && step == std::floor(step))) {
         throw InputError(
@@ -40,7 +39,7 @@ std::optional<SignalLevels> parse_levels(std::span<const std::string_view> field
     if (!(levels.share.minCoeff() >= 0 && levels.share.maxCoeff() <= 1)) {
         throw InputError(place.str() + ": a level (a11 to a33) is not a share of full scale, 0 to 1");
     }
-    return levels.share.minCoeff() > 0 ? std::optional(levels) : std::nullopt;
+    return levels;
 }
 
 }  // namespace

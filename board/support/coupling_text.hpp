@@ -30,13 +30,16 @@ std::string matrix_text(const Mat3<double>& matrix);
 struct SignalLevels {
     Mat3<double> share;  // (i, j): amplitude of source coil j in the converter of sensor channel i, of full scale; 0: unknown
     int gain_step = 0;
+
+    /// False after FDM, and if the board has corrected its converters.
+    [[nodiscard]] bool known() const { return share.minCoeff() > 0; }
 };
 
 /// Couplings of a sensor in an unknown pose.
 struct CouplingFrame {
     Mat3<double> x;                                         // in phase
     std::optional<Mat3<double>> quadrature = std::nullopt;  // if the file has it
-    std::optional<SignalLevels> levels = std::nullopt;      // if the file has them and all are known
+    std::optional<SignalLevels> levels = std::nullopt;      // if the file has them
 };
 
 /// Removes kQuadratureColumns, kLevelColumns or both from the end of a header. Returns the number of fields of the

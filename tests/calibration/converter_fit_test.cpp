@@ -14,6 +14,7 @@
 #include <numbers>
 #include <random>
 
+#include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/support/errors.hpp"
 #include "core/calibration/blob.hpp"
@@ -170,7 +171,9 @@ class Command : public ::testing::Test {
 protected:
     static void write(const std::string& columns, const std::string& end_of_last_line = "") {
         DrawnBoard board(1);
-        const PoseFile rests = poses_of(board, 36, 0.48, 0.84, 1);
+        write(poses_of(board, 36, 0.48, 0.84, 1), columns, end_of_last_line);
+    }
+    static void write(const PoseFile& rests, const std::string& columns, const std::string& end_of_last_line = "") {
         std::string text = std::string(kPoseCsvHeader) + columns + "\n";
         for (const MeasuredPose& pose : rests.poses) {
             const Quat<double> q(pose.stage_rotation);
@@ -194,19 +197,29 @@ protected:
         return test::tricoil("calibrate --model concentric --converters --json --out " + toml_ + " --blob " + blob_ + " " +
                              rests_ + more);
     }
+    /// Calibrates the coils alone.
+    static test::CliResult calibrate_coils(const std::string& more) {
+        return test::tricoil("calibrate --model concentric --json --out " + coils_ + " --blob " + blob_ + " " + rests_ + more);
+    }
+    static double error_m(const std::string& calibration) {
+        return test::tricoil("evaluate --solver direct --json --calibration " + calibration + " --out " +
+                             test::path_in_temp("errors") + " " + rests_)
+            .json()["position_rms_m"];
+    }
     static void refused(const test::CliResult& ran, const std::string& reason) {
         EXPECT_EQ(ran.exit_code, 2);
         EXPECT_THAT(ran.err, HasSubstr(reason));
         EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
     }
     void TearDown() override {
-        for (const std::string& path : {rests_, toml_, blob_}) {
+        for (const std::string& path : {rests_, toml_, coils_, blob_}) {
             std::filesystem::remove(path);
         }
     }
 
     static inline const std::string rests_ = test::path_in_temp("rests.csv");
     static inline const std::string toml_ = test::path_in_temp("converters.toml");
+    static inline const std::string coils_ = test::path_in_temp("coils.toml");
     static inline const std::string blob_ = test::path_in_temp("converters.bin");
     static inline const std::string all_ = std::string(kQuadratureColumns) + std::string(kLevelColumns);
 };
@@ -239,14 +252,120 @@ TEST_F(Command, RefusesBadLevels) {
     refused(calibrate(" --grid --spacing-mm 50"), "--converters needs poses of a stage");
 }
 
+/// A gain step of one channel is wrong by 2 %.
+TEST_F(Command, RefusesErrorsOfUnsoundConverters) {
+    DrawnBoard board(1);
+    PoseFile rests = poses_of(board, 36, 0.48, 0.84, 1);
+    const int farthest_step = rests.poses.back().levels->gain_step;
+    for (MeasuredPose& pose : rests.poses) {
+        pose.x.row(1) *= pose.levels->gain_step == farthest_step ? 1.02 : 1;
+    }
+    write(rests, all_);
+    refused(calibrate(), "the errors of the converters are larger than those of sound converters");
+}
+
+TEST_F(Command, RefusesALargeJump) {
+    DrawnBoard board;
+    PoseFile rests = poses_of(board, 48, 0.48, 0.84, 1);
+    constexpr double kJump = 6.0 / kFullScale;
+    for (MeasuredPose& pose : rests.poses) {
+        for (Eigen::Index j = 0; j < 3; ++j) {
+            const double share = pose.levels->share(0, j);
+            pose.x(0, j) *= 1 + kJump * double{signal::ConverterErrors::response(8, static_cast<float>(share))} / share;
+        }
+    }
+    write(rests, all_);
+    refused(calibrate(), "the errors of the converters are larger than those of sound converters");
+}
+
+TEST_F(Command, RefusesTooFewCouplingsThatAreNotFaint) {
+    DrawnBoard board(1);
+    PoseFile rests = poses_of(board, 36, 0.48, 0.84, 1);
+    for (MeasuredPose& pose : rests.poses) {
+        pose.levels->share *= 0.01;
+    }
+    write(rests, all_);
+    refused(calibrate(), "do not determine the errors of the converters; measure more poses");
+}
+
+/// With known levels the couplings are corrected, with unknown levels the board has corrected them.
+TEST_F(Command, ConvertersFromAnotherCalibrationAreKept) {
+    DrawnBoard board(1);
+    write(poses_of(board, 48, 0.48, 0.84, 1), all_);
+    ASSERT_EQ(calibrate().exit_code, 0);
+    const CalibrationFile first = read_calibration(toml_);
+    PoseFile others = poses_of(board, 60, 0.6, 0.8, 101);
+    write(others, all_);
+    ASSERT_EQ(calibrate_coils("").exit_code, 0);
+    const double uncorrected_m = error_m(coils_);
+    const auto ran = calibrate_coils(" --converters-from " + toml_);
+    ASSERT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_EQ(read_calibration(coils_).calibration.converters, first.calibration.converters);
+    EXPECT_LT(error_m(coils_), 0.4 * uncorrected_m);
+
+    const PoseFile by_board = corrected(others, first.calibration.converters);
+    others = by_board;
+    for (MeasuredPose& pose : others.poses) {
+        pose.levels = SignalLevels{Mat3<double>::Zero(), 0};
+    }
+    write(others, all_);
+    const auto again = calibrate_coils(" --converters-from " + toml_);
+    ASSERT_EQ(again.exit_code, 0) << again.err;
+    EXPECT_EQ(again.json()["warnings"].dump().find("does not contain"), std::string::npos);
+    EXPECT_LT(error_m(coils_), 0.4 * uncorrected_m);
+    EXPECT_EQ(read_calibration(coils_).calibration.converters, first.calibration.converters);
+
+    others.poses[3].levels = SignalLevels{Mat3<double>::Constant(0.1), 3};
+    write(others, all_);
+    refused(calibrate_coils(" --converters-from " + toml_), "59 of 60 couplings have no levels");
+}
+
+TEST_F(Command, FreeMotionIsCorrectedToo) {
+    DrawnBoard board(1);
+    write(poses_of(board, 48, 0.48, 0.84, 1), all_);
+    ASSERT_EQ(calibrate().exit_code, 0);
+    const auto free_motion = [](const std::string& more) {
+        const auto ran = test::tricoil("calibrate --free-motion --json --out " + coils_ + " " + rests_ + more);
+        EXPECT_EQ(ran.exit_code, 0) << ran.err;
+        return read_calibration(coils_).calibration.model.sensor_sensitivity;
+    };
+    PoseFile others = poses_of(board, 60, 0.6, 0.8, 101);
+    write(others, all_);
+    const Mat3<double> uncorrected = free_motion("");
+    const Mat3<double> by_host = free_motion(" --converters-from " + toml_);
+    others = corrected(others, read_calibration(toml_).calibration.converters);
+    for (MeasuredPose& pose : others.poses) {
+        pose.levels = SignalLevels{Mat3<double>::Zero(), 0};
+    }
+    write(others, all_);
+    const Mat3<double> by_board = free_motion(" --converters-from " + toml_);
+    EXPECT_LT((by_host - by_board).norm(), 1e-6);
+    EXPECT_GT((by_host - uncorrected).norm(), 1e-5);
+}
+
+TEST_F(Command, WarnsIfTheBoardWouldForgetItsConverters) {
+    DrawnBoard board(1);
+    PoseFile rests = poses_of(board, 36, 0.48, 0.84, 1);
+    for (MeasuredPose& pose : rests.poses) {
+        pose.levels = SignalLevels{Mat3<double>::Zero(), 0};
+    }
+    write(rests, all_);
+    const auto ran = calibrate_coils("");
+    ASSERT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_THAT(ran.json()["warnings"].dump(), HasSubstr("does not contain errors of converters; a board"));
+    refused(calibrate_coils(" --converters-from " + coils_), "choose");
+    std::filesystem::rename(coils_, toml_);
+    refused(calibrate_coils(" --converters-from " + toml_), "does not contain errors of converters");
+}
+
 TEST_F(Command, RefusesDamagedErrorsInTheCalibration) {
     write(all_);
     ASSERT_EQ(calibrate().exit_code, 0);
     std::string text = test::read_file(toml_);
-    text.replace(text.find("jumps_2 = ["), 11, "jumps_2 = [1, ");
+    text.replace(text.find("code_jumps_2 = ["), 16, "code_jumps_2 = [1, ");
     std::ofstream(toml_) << text;
     const auto ran = test::tricoil("evaluate --calibration " + toml_ + " --out " + test::path_in_temp("errors") + " " + rests_);
-    refused(ran, "'converters.jumps_2' must be 14 whole numbers from -127 to 127");
+    refused(ran, "'converters.code_jumps_2' must be 14 whole numbers from -127 to 127");
 }
 
 TEST(ConverterFit, RefusesUnknownLevelsAndFewPoses) {

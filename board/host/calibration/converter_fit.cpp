@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
@@ -24,8 +25,12 @@ constexpr double kLargestJump = 0.6 * kLsb;   // expected size of the jump of th
 constexpr double kGainError = 1e-3;           // expected
 constexpr double kCoilError = 0.1;            // expected error of gains and angles; limits undetermined parameters
 constexpr double kFaintest = 0.01;            // amplitude, of full scale: in weaker signals the level is partly noise
-constexpr double kMostExpected = 6;           // a larger multiple of the expected size is refused
 constexpr int kRounds = 3;                    // coils and converters in turn
+
+/// Limits, in expected sizes: larger errors are refused, smaller ones fit into a byte. Gain errors add up from step to step.
+constexpr double kMostGain = 7.7;
+constexpr double kMostJump = 4.6;
+
 constexpr int kUppermostBit = 11;
 constexpr std::size_t kCodesPerJump = 128;
 
@@ -166,7 +171,9 @@ ConverterErrors errors_of(const std::vector<Equation>& equations) {
     const double all = residual_rms(equations, Eigen::VectorXd::Zero(kUnknowns));
     const Eigen::VectorXd first = solve(equations, expected, all);
     const Eigen::VectorXd shares = solve(equations, expected, residual_rms(equations, expected.cwiseProduct(first)));
-    if (!(shares.tail(kUnknowns - kCoils).cwiseAbs().maxCoeff() <= kMostExpected)) {
+    const double gain = shares.segment(kGains, kJumps - kGains).cwiseAbs().maxCoeff();
+    const double jump = shares.tail(kUnknowns - kJumps).cwiseAbs().maxCoeff();
+    if (!(gain <= kMostGain && jump <= kMostJump)) {
         throw InputError(
             "the errors of the converters are larger than those of sound converters; are all poses right, and measured with one "
             "board in TDM?");
@@ -175,9 +182,9 @@ ConverterErrors errors_of(const std::vector<Equation>& equations) {
 }
 
 template <typename Visit>
-void for_each_coupling(std::vector<PoseFile>& files, const Visit& visit) {
-    for (PoseFile& file : files) {
-        for (MeasuredPose& pose : file.poses) {
+void for_each_coupling(const std::vector<PoseFile>& files, const Visit& visit) {
+    for (const PoseFile& file : files) {
+        for (const MeasuredPose& pose : file.poses) {
             for (Eigen::Index k = 0; k < 9; ++k) {
                 visit(pose, k / 3, k % 3);
             }
@@ -188,10 +195,10 @@ void for_each_coupling(std::vector<PoseFile>& files, const Visit& visit) {
 void refuse_unknown_levels(const std::vector<PoseFile>& files) {
     for (const PoseFile& file : files) {
         for (const MeasuredPose& pose : file.poses) {
-            if (!pose.levels) {
+            if (!has_known_levels(pose)) {
                 throw InputError(fmt::format(
                     "{}:{}: the levels at the converters (a11 to a33) are not known; the line must come from tricoil convert "
-                    "--to rests, from a tracker board in TDM that stores no errors of its converters; if the gain changed during "
+                    "--to rests, from a tracker board in TDM whose converters nothing has corrected; if the gain changed during "
                     "this "
                     "rest, remove the line",
                     file.path, pose.line));
@@ -204,26 +211,10 @@ void refuse_unknown_levels(const std::vector<PoseFile>& files) {
     }
 }
 
-/// Measured: MeasuredPose or GridFrame.
-template <typename Measured>
-void correct(Measured& measured, const ConverterErrors& errors) {
-    for (Eigen::Index k = 0; measured.levels && k < 9; ++k) {
-        const Eigen::Index i = k / 3;
-        const Eigen::Index j = k % 3;
-        const auto factor = static_cast<double>(errors.correction(static_cast<std::size_t>(measured.levels->gain_step),
-                                                                  static_cast<std::size_t>(i),
-                                                                  static_cast<float>(measured.levels->share(i, j)), true));
-        measured.x(i, j) *= factor;
-        if (measured.quadrature) {
-            (*measured.quadrature)(i, j) *= factor;
-        }
-    }
-}
-
 double squared(float value) { return static_cast<double>(value) * static_cast<double>(value); }
 
 /// RMS of the amplitude errors of all couplings, without the part of each channel in proportion to the amplitude: that is gain.
-double non_linearity(std::vector<PoseFile>& files, const ConverterErrors& errors) {
+double non_linearity(const std::vector<PoseFile>& files, const ConverterErrors& errors) {
     std::array<double, kSensorCoils> squares{};
     std::array<double, kSensorCoils> products{};
     std::array<double, kSensorCoils> powers{};
@@ -242,21 +233,16 @@ double non_linearity(std::vector<PoseFile>& files, const ConverterErrors& errors
     return std::sqrt(sum / static_cast<double>(9 * count_poses(files)));
 }
 
+/// RMS of the errors of the gain steps over all couplings.
+double gain_error(const std::vector<PoseFile>& files, const ConverterErrors& errors) {
+    double squares = 0;
+    for_each_coupling(files, [&](const MeasuredPose& pose, Eigen::Index i, Eigen::Index) {
+        squares += squared(errors.gain_error(static_cast<std::size_t>(pose.levels->gain_step), static_cast<std::size_t>(i)));
+    });
+    return std::sqrt(squares / static_cast<double>(9 * count_poses(files)));
+}
+
 }  // namespace
-
-void correct_converters(std::vector<PoseFile>& files, const ConverterErrors& errors) {
-    for (PoseFile& file : files) {
-        for (MeasuredPose& pose : file.poses) {
-            correct(pose, errors);
-        }
-    }
-}
-
-void correct_converters(std::vector<GridFrame>& frames, const ConverterErrors& errors) {
-    for (GridFrame& frame : frames) {
-        correct(frame, errors);
-    }
-}
 
 ConverterFit fit_converters(std::vector<PoseFile>& files, FitOptions options) {
     refuse_unknown_levels(files);
@@ -279,12 +265,8 @@ ConverterFit fit_converters(std::vector<PoseFile>& files, FitOptions options) {
         correct_converters(files, fit.errors);
         fit.coils = fit_coils();
     }
-    double gain = 0;
-    for_each_coupling(files, [&](const MeasuredPose& pose, Eigen::Index i, Eigen::Index) {
-        gain += squared(fit.errors.gain_error(static_cast<std::size_t>(pose.levels->gain_step), static_cast<std::size_t>(i)));
-    });
     fit.non_linearity_lsb = non_linearity(files, fit.errors) / kLsb;
-    fit.gain_error = std::sqrt(gain / static_cast<double>(9 * count_poses(files)));
+    fit.gain_error = gain_error(files, fit.errors);
     return fit;
 }
 

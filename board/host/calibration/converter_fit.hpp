@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "board/host/calibration/calibration_fit.hpp"
-#include "board/host/calibration/frame_file.hpp"
 #include "core/signal/converter_errors.hpp"
 
 namespace tricoil::host {
@@ -25,9 +24,5 @@ ConverterFit fit_converters(std::vector<PoseFile>& files, FitOptions options);
 
 /// Nine couplings each; the errors are some seventy numbers.
 constexpr std::size_t kFewestConverterPoses = 36;
-
-/// Corrects the couplings with known levels, as a board does that stores these errors.
-void correct_converters(std::vector<PoseFile>& files, const signal::ConverterErrors& errors);
-void correct_converters(std::vector<GridFrame>& frames, const signal::ConverterErrors& errors);
 
 }  // namespace tricoil::host

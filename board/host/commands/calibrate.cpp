@@ -43,7 +43,7 @@ struct CalibrateCommand {
     std::vector<std::string> data;
     bool affine = false;
     bool converters = false;
-    std::string converters_from;  // calibration that the measuring board stores
+    std::string converters_from;  // calibration with errors of the board's converters
     bool free_motion = false;
     bool grid = false;
     bool pivot = false;
@@ -249,21 +249,46 @@ std::string calibration_text(const CalibrateCommand& command, const Json& result
     return text + fill(result, "wrote {out}\n");
 }
 
-FreeMotionCommand free_motion_of(const CalibrateCommand& command) {
-    return {command.data, model_of(command), command.column_skew, command.coupling_constant, given_hemisphere(command)};
+FreeMotionCommand free_motion_of(const CalibrateCommand& command, const signal::ConverterErrors& stored) {
+    return {command.data, model_of(command), command.column_skew, command.coupling_constant, given_hemisphere(command), stored};
 }
 
-GridCommand grid_of(const CalibrateCommand& command) {
-    return {command.data, model_of(command), 1e-3 * command.spacing_mm, grid_size(command), hemisphere_or_default(command)};
+GridCommand grid_of(const CalibrateCommand& command, const signal::ConverterErrors& stored) {
+    return {command.data, model_of(command), 1e-3 * command.spacing_mm, grid_size(command), hemisphere_or_default(command),
+            stored};
 }
 
-StageCommand stage_of(const CalibrateCommand& command) {
+StageCommand stage_of(const CalibrateCommand& command, const signal::ConverterErrors& stored) {
     return {command.data,
             model_of(command),
             static_cast<FixtureModel>(index_of_name("fixtures", command.fixtures, kFixtures)),
             static_cast<StageModel>(index_of_name("--stage", command.stage, kStages)),
             command.affine,
-            command.converters};
+            command.converters,
+            stored};
+}
+
+signal::ConverterErrors stored_converters(const CalibrateCommand& command) {
+    if (command.converters_from.empty()) {
+        return {};
+    }
+    const signal::ConverterErrors stored = read_calibration(command.converters_from).calibration.converters;
+    if (stored == signal::ConverterErrors{}) {
+        throw InputError(command.converters_from +
+                         ": does not contain errors of converters; give the calibration that was made with --converters");
+    }
+    return stored;
+}
+
+/// A blob without errors of the converters ends the correction by a board that stores some. Such a board sends no levels; there
+/// are none in FDM either.
+void warn_of_lost_converters(const CalibrateCommand& command, const CalibrationFile& file, Report& report) {
+    if (!command.blob.empty() && file.calibration.converters == signal::ConverterErrors{} &&
+        report.json.value("unknown_levels", 0) > 0) {
+        report.warnings.push_back(command.blob +
+                                  ": does not contain errors of converters; a board that stores some would no longer correct "
+                                  "them: calibrate the coils with --converters-from CAL.toml to keep them");
+    }
 }
 
 int calibrate(const CalibrateCommand& command) {
@@ -274,15 +299,18 @@ int calibrate(const CalibrateCommand& command) {
     if (command.pivot) {
         return calibrate_pivot_command(command.data.front(), command.sensor, command.out, command.json);
     }
+    const signal::ConverterErrors stored = stored_converters(command);
     Report report;
-    CalibrationFile file = command.surroundings  ? calibrate_with_surroundings(command, report)
-                           : command.low_band    ? calibrate_low_band(command.calibration, command.data, report.json)
-                           : command.free_motion ? calibrate_free_motion(free_motion_of(command), report.json, report.warnings)
-                           : command.grid        ? calibrate_grid(grid_of(command), report.json, report.warnings)
-                                                 : calibrate_on_stage(stage_of(command), report.json, report.warnings);
+    CalibrationFile file = command.surroundings ? calibrate_with_surroundings(command, report)
+                           : command.low_band   ? calibrate_low_band(command.calibration, command.data, report.json)
+                           : command.free_motion
+                               ? calibrate_free_motion(free_motion_of(command, stored), report.json, report.warnings)
+                           : command.grid ? calibrate_grid(grid_of(command, stored), report.json, report.warnings)
+                                          : calibrate_on_stage(stage_of(command, stored), report.json, report.warnings);
     if (!command.converters_from.empty()) {
-        file.calibration.converters = read_calibration(command.converters_from).calibration.converters;
+        file.calibration.converters = stored;
     }
+    warn_of_lost_converters(command, file, report);
     write_files(command, file);
     if (file.calibration.quadrature_floor < 1) {
         report.json["quadrature_floor"] = file.calibration.quadrature_floor;
@@ -324,8 +352,8 @@ void add_calibrate_command(CLI::App& program, Action& action) {
                   "and gain_step, as convert --to rests gives them)");
     sub->add_option(
            "--converters-from", c->converters_from,
-           "Calibration that the measuring board stores: the new one keeps its errors of the converters, which the board "
-           "has already corrected")
+           "Calibration with errors of the board's converters, which the new one keeps. Couplings with levels (a11 to a33) are "
+           "corrected, others are taken as corrected by the board")
         ->type_name(kFileType);
     sub->add_flag("--affine", c->affine, "Also fit an affine correction of the positions");
     sub->add_option("--out", c->out, "Calibration or tip as TOML")->type_name(kFileType);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
@@ -17,23 +18,26 @@ namespace {
 
 constexpr std::size_t kLeftHandedShare = 10;  // one column frame in ten may be left-handed
 
-/// Column frames, deskewed, or the couplings of poses of a stage.
+/// Column frames, or the couplings of poses of a stage.
 std::vector<CouplingFrame> read_couplings(const std::string& path, double column_skew) {
-    std::vector<CouplingFrame> couplings;
     if (holds_column_frames(path)) {
-        if (column_skew == 0) {
-            return read_frames(path);
-        }
-        for (const Mat3<double>& x : deskewed(in_phase_of(read_frames(path)), column_skew)) {
-            couplings.push_back({x});
-        }
-        return couplings;
+        return read_frames(path);
     }
     if (column_skew != 0) {
         throw InputError(path + ": holds poses of a stage; --column-skew is only for column frames in sequence");
     }
+    std::vector<CouplingFrame> couplings;
     for (const MeasuredPose& pose : read_pose_file(path).poses) {
-        couplings.push_back({pose.x, pose.quadrature});
+        couplings.push_back({pose.x, pose.quadrature, pose.levels});
+    }
+    return couplings;
+}
+
+/// Without quadratures and levels.
+std::vector<CouplingFrame> deskewed_couplings(const std::vector<CouplingFrame>& frames, double column_skew) {
+    std::vector<CouplingFrame> couplings;
+    for (const Mat3<double>& x : deskewed(in_phase_of(frames), column_skew)) {
+        couplings.push_back({x});
     }
     return couplings;
 }
@@ -106,8 +110,14 @@ std::string free_motion_text(const Json& r) {
 
 CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& result, std::vector<std::string>& warnings) {
     CalibrationFile file;
+    std::size_t unknown_levels = 0;
     auto couplings = read_all(command.data, [&](const std::string& path) {
         std::vector<CouplingFrame> one = read_couplings(path, command.column_skew);
+        unknown_levels += count_levels(one).unknown;
+        correct_converters(one, command.stored_converters);
+        if (command.column_skew != 0) {
+            one = deskewed_couplings(one, command.column_skew);
+        }
         remove_left_handed(path, one, warnings);
         return one;
     });
@@ -115,6 +125,7 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& re
     const std::vector<Mat3<double>> frames = in_phase_of(couplings);
     const SelfCalibration found = self_calibrate(frames);
     result = {{"frames", frames.size()},
+              {"unknown_levels", unknown_levels},
               {"misfit_before", found.misfit_before},
               {"misfit_after", found.misfit_after},
               {"ratios_before", list_of(found.ratios_before)},

@@ -8,15 +8,17 @@
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/json_text.hpp"
+#include "core/signal/converter_errors.hpp"
 
 namespace tricoil::host {
 
 struct FreeMotionCommand {
     std::vector<std::string> data;
     FitModel model = FitModel::concentric;
-    double column_skew = 0;                   // see deskewed()
-    std::optional<double> coupling_constant;  // gives the scale of all lengths
-    std::optional<Vec3<double>> hemisphere;   // default: +x
+    double column_skew = 0;                     // see deskewed()
+    std::optional<double> coupling_constant;    // gives the scale of all lengths
+    std::optional<Vec3<double>> hemisphere;     // default: +x
+    signal::ConverterErrors stored_converters;  // those that --converters-from names; data with known levels are corrected
 };
 
 /// Gains and angles (concentric), also positions (general) and sizes (finite) of the coils, from the column frames of all files.

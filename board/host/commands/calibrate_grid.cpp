@@ -1,5 +1,6 @@
 #include "board/host/commands/calibrate_grid.hpp"
 
+#include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/commands/fitted_parameters.hpp"
@@ -26,9 +27,11 @@ std::string grid_text(const Json& r) {
 
 CalibrationFile calibrate_grid(const GridCommand& command, Json& result, std::vector<std::string>& warnings) {
     auto frames = read_grids(command.data, command.nodes);
+    correct_converters(frames, command.stored_converters);
     const Mat3<double> phase_rad = remove_own_phases(frames);
     const GridCalibration found = calibrate_on_grid(frames, command.spacing_m, command.hemisphere, command.model);
     result = {{"frames", frames.size()},
+              {"unknown_levels", count_levels(frames).unknown},
               {"position_rms_m", found.position_rms_m},
               {"misfit_before", found.misfit_before},
               {"misfit_after", found.misfit_after},

@@ -9,6 +9,7 @@
 #include "board/host/calibration/frame_file.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/json_text.hpp"
+#include "core/signal/converter_errors.hpp"
 
 namespace tricoil::host {
 
@@ -18,6 +19,7 @@ struct GridCommand {
     double spacing_m = 0;
     std::optional<GridSize> nodes;  // if the data are rests
     Vec3<double> hemisphere = Vec3<double>::UnitX();
+    signal::ConverterErrors stored_converters;  // those that --converters-from names; data with known levels are corrected
 };
 
 /// The coils from column frames on the nodes of a printed grid. Sets the result and adds warnings. Throws InputError.

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/converter_fit.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/error_map.hpp"
@@ -82,6 +83,8 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, Json& result, st
     options.fixtures = command.fixtures;
     options.stage = command.stage;
     auto files = read_pose_files(command.data);
+    correct_converters(files, command.stored_converters);
+    result["unknown_levels"] = count_levels(files).unknown;
     const Mat3<double> phase_rad = remove_own_phases(files);
     Progress progress("calibrate");
     options.progress = progress.part(0, 1);

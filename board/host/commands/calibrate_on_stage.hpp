@@ -7,6 +7,7 @@
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/json_text.hpp"
+#include "core/signal/converter_errors.hpp"
 
 namespace tricoil::host {
 
@@ -16,7 +17,8 @@ struct StageCommand {
     FixtureModel fixtures = FixtureModel::free;
     StageModel stage = StageModel::ideal;
     bool affine = false;
-    bool converters = false;  // also the errors of the board's converters
+    bool converters = false;                    // also the errors of the board's converters
+    signal::ConverterErrors stored_converters;  // those that --converters-from names; data with known levels are corrected
 };
 
 /// The coils and fixtures from couplings at known poses. Sets the result and adds warnings. Throws InputError.

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "board/host/calibration/calibration_fit.hpp"
-#include "board/host/calibration/converter_fit.hpp"
+#include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/surroundings_data.hpp"
@@ -32,16 +32,18 @@ CalibrationFile read_coils(const std::string& path) {
     return coils;
 }
 
-SurroundingsData read_data(const SurroundingsCommand& command, const CalibrationFile& coils) {
+SurroundingsData read_data(const SurroundingsCommand& command, const CalibrationFile& coils, Json& result) {
     const Mat3<double>& phase_rad = coils.calibration.phase_rad;
     if (command.grid) {
         const auto& known = coils.calibration.hemisphere;
         auto frames = read_grids(command.data, command.nodes);
+        result["unknown_levels"] = count_levels(frames).unknown;
         correct_converters(frames, coils.calibration.converters);
         remove_phases_of(frames, phase_rad);
         return data_on_grid(coils, frames, command.spacing_m, known.isZero(0) ? command.hemisphere : known);
     }
     auto files = read_pose_files(command.data);
+    result["unknown_levels"] = count_levels(files).unknown;
     correct_converters(files, coils.calibration.converters);
     remove_phases_of(files, phase_rad);
     return command.refit_fixtures ? data_at_unknown_fixtures(coils, std::move(files))
@@ -81,7 +83,7 @@ std::string dipole_count(std::size_t dipoles) { return fmt::format("{} virtual d
 
 CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json& result) {
     const CalibrationFile coils = read_coils(command.calibration);
-    const SurroundingsData data = read_data(command, coils);
+    const SurroundingsData data = read_data(command, coils, result);
     const SurroundingsFit fit = fit_surroundings(coils.calibration.model, data);
     CalibrationFile file = coils;
     file.calibration.quadrature_floor = 1;  // the dipoles do not describe the quadrature of the surroundings
