@@ -7,6 +7,7 @@
 struct page_collection;
 struct uc_struct;
 
+#pragma GCC visibility push(default)  // the dynamic linker does not find hidden definitions
 extern "C" {
 page_collection* page_collection_lock_arm(uc_struct*, unsigned long, unsigned long);  // NOLINT: the library's names
 void page_collection_unlock_arm(page_collection*);                                    // NOLINT
@@ -16,6 +17,7 @@ page_collection* page_collection_lock_arm(uc_struct*, unsigned long, unsigned lo
 void page_collection_unlock_arm(page_collection*) {}
 void tb_invalidate_phys_page_fast_arm(uc_struct*, page_collection*, unsigned long, int, unsigned long) {}
 }
+#pragma GCC visibility pop
 
 namespace tricoil::virtual_board {
 
