@@ -313,8 +313,7 @@ AckResult TrackerDevice::execute_loader(std::uint32_t argument) {
     if (!decoded.ok()) {
         return AckResult::bad_value;
     }
-    const bool corrects = signal::kCorrectsConverters || decoded->converters == signal::ConverterErrors{};
-    return corrects && usable(*decoded).ok() ? AckResult::done : AckResult::refused;
+    return usable(*decoded).ok() ? AckResult::done : AckResult::refused;
 }
 
 /// A calibration that is already stored is not written again, because a host repeats a message after a lost acknowledgement.

@@ -84,10 +84,14 @@ Status TrackerDevice::measure_gain() {
     return status;
 }
 
-/// Errors: those of CoilCorrection::ideal_triads; invalid_argument for an output correction, which this tracker does not support.
+/// Errors: those of CoilCorrection::ideal_triads; invalid_argument for an output correction, which this tracker does not support,
+/// and for errors of converters in an image without their correction.
 Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibration::Calibration<float>& c) {
     if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
         return Status{StatusCode::invalid_argument, "output correction is not supported"};
+    }
+    if (!signal::kCorrectsConverters && !(c.converters == signal::ConverterErrors{})) {
+        return Status{StatusCode::invalid_argument, "this image does not correct converters"};
     }
     return calibration::CoilCorrection<float>::ideal_triads(c);
 }

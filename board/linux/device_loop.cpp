@@ -216,8 +216,8 @@ int DeviceLoop::take_edges() {
 }
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {
-    const signal::ConverterErrors errors = params_.calibration ? params_.calibration->converters : signal::ConverterErrors{};
-    const MeasuredColumn<double> column = corrected(session_.column(), errors);
+    const MeasuredColumn<double> column =
+        params_.calibration ? corrected(session_.column(), params_.calibration->converters) : session_.column();
     column_time_ = drivers::host_now();
     beat();
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {

@@ -105,6 +105,9 @@ std::string low_band_text(const calibration::LowBand<double>& low) {
 
 constexpr int kLargestByte = 127;
 
+std::string jumps_key(std::size_t coil) { return fmt::format("code_jumps_{}", coil + 1); }
+std::string gain_key(std::size_t coil) { return fmt::format("gain_steps_{}", coil + 1); }
+
 std::string converters_text(const signal::ConverterErrors& errors) {
     if (errors == signal::ConverterErrors{}) {
         return "";
@@ -113,14 +116,14 @@ std::string converters_text(const signal::ConverterErrors& errors) {
         "\n# Of each sensor channel: jumps of the converter, 1/65536 of full scale; errors of the gain steps, 1/16384.\n"
         "[converters]\n";
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-        text += fmt::format("code_jumps_{} = [{}]\n", coil + 1, fmt::join(errors.jump[coil], ", "));
+        text += fmt::format("{} = [{}]\n", jumps_key(coil), fmt::join(errors.jump[coil], ", "));
     }
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
         std::vector<int> gain;
         for (const auto& step : errors.gain) {
             gain.push_back(step[coil]);
         }
-        text += fmt::format("gain_steps_{} = [{}]\n", coil + 1, fmt::join(gain, ", "));
+        text += fmt::format("{} = [{}]\n", gain_key(coil), fmt::join(gain, ", "));
     }
     return text;
 }
@@ -132,17 +135,16 @@ signal::ConverterErrors read_converters(CheckedTable& top) {
     }
     auto table = top.child("converters");
     table.require(!table.has("jumps_1"), "jumps_1", "is from an older version; calibrate again with --converters");
-    for (std::size_t coil = 1; coil <= kSensorCoils; ++coil) {
-        for (const std::string& key : {fmt::format("code_jumps_{}", coil), fmt::format("gain_steps_{}", coil)}) {
-            table.need(key);
-        }
+    for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {  // known keys are not taken for a mistyped one of another coil
+        (void)table.has(jumps_key(coil));
+        (void)table.has(gain_key(coil));
     }
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-        const auto jumps = table.integers(fmt::format("code_jumps_{}", coil + 1), errors.jump[coil].size(), kLargestByte);
+        const std::vector<int> jumps = table.integers(jumps_key(coil), errors.jump[coil].size(), kLargestByte);
         for (std::size_t n = 0; n < jumps.size(); ++n) {
             errors.jump[coil][n] = static_cast<std::int8_t>(jumps[n]);
         }
-        const auto gain = table.integers(fmt::format("gain_steps_{}", coil + 1), errors.gain.size(), kLargestByte);
+        const std::vector<int> gain = table.integers(gain_key(coil), errors.gain.size(), kLargestByte);
         for (std::size_t n = 0; n < gain.size(); ++n) {
             errors.gain[n][coil] = static_cast<std::int8_t>(gain[n]);
         }

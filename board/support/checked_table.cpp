@@ -158,11 +158,9 @@ Mat3<double> CheckedTable::matrix(const std::string& key, const Mat3<double>& fa
 }
 
 std::vector<int> CheckedTable::integers(const std::string& key, std::size_t count, int most) {
+    need(key);
     const toml::node* node = find(key);
     std::vector<int> values;
-    if (node == nullptr) {
-        return values;
-    }
     const toml::array* array = node->as_array();
     for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
         const auto value = (*array)[i].value_exact<std::int64_t>();

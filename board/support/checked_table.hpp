@@ -35,7 +35,7 @@ public:
     std::vector<std::string> texts(const std::string& key);
     Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
     Mat3<double> matrix(const std::string& key, const Mat3<double>& fallback);  // three rows of three
-    /// `count` whole numbers from -most to most; empty if the key is absent.
+    /// `count` whole numbers from -most to most; required.
     std::vector<int> integers(const std::string& key, std::size_t count, int most);
     CheckedTable child(const std::string& key);  // an absent table is returned empty
 

@@ -120,8 +120,17 @@ double error_mm(const CalibrationFit& fit, const PoseFile& file) {
 
 PoseFile corrected(const PoseFile& file, const signal::ConverterErrors& errors) {
     std::vector<PoseFile> files{file};
-    correct_converters(files, errors);
+    (void)correct_converters(files, errors);
     return files[0];
+}
+
+/// As recorded with a board that corrects its converters.
+PoseFile corrected_by_board(const PoseFile& file, const signal::ConverterErrors& errors) {
+    PoseFile result = corrected(file, errors);
+    for (MeasuredPose& pose : result.poses) {
+        pose.levels = SignalLevels{Mat3<double>::Zero(), 0};
+    }
+    return result;
 }
 
 TEST(ConverterFit, RemovesTheErrorsOfDrawnConvertersAtOtherPoses) {
@@ -177,21 +186,23 @@ protected:
         std::string text = std::string(kPoseCsvHeader) + columns + "\n";
         for (const MeasuredPose& pose : rests.poses) {
             const Quat<double> q(pose.stage_rotation);
-            text += fmt::format("{},{},{},{},", fmt::join(pose.stage_position_m, ","), q.w(), fmt::join(q.vec(), ","),
-                                matrix_text(pose.x));
-            text.pop_back();
-            if (columns.find("q11") != std::string::npos) {
-                text += "," + matrix_text(Mat3<double>::Zero());
-            }
-            if (columns.find("a11") != std::string::npos) {
-                text += "," + matrix_text(pose.levels->share) + fmt::format(",{}", pose.levels->gain_step);
-            }
-            text += "\n";
+            text += fmt::format("{},{},{},{}\n", fmt::join(pose.stage_position_m, ","), q.w(), fmt::join(q.vec(), ","),
+                                couplings_text(pose, columns));
         }
         if (!end_of_last_line.empty()) {
             text.replace(text.rfind(','), std::string::npos, end_of_last_line + "\n");
         }
         std::ofstream(rests_) << text;
+    }
+    static std::string couplings_text(const MeasuredPose& pose, const std::string& columns) {
+        std::string text = matrix_text(pose.x);
+        if (columns.find("q11") != std::string::npos) {
+            text += "," + matrix_text(Mat3<double>::Zero());
+        }
+        if (columns.find("a11") != std::string::npos) {
+            text += "," + matrix_text(pose.levels->share) + fmt::format(",{}", pose.levels->gain_step);
+        }
+        return text;
     }
     static test::CliResult calibrate(const std::string& more = "") {
         return test::tricoil("calibrate --model concentric --converters --json --out " + toml_ + " --blob " + blob_ + " " +
@@ -303,11 +314,7 @@ TEST_F(Command, ConvertersFromAnotherCalibrationAreKept) {
     EXPECT_EQ(read_calibration(coils_).calibration.converters, first.calibration.converters);
     EXPECT_LT(error_m(coils_), 0.4 * uncorrected_m);
 
-    const PoseFile by_board = corrected(others, first.calibration.converters);
-    others = by_board;
-    for (MeasuredPose& pose : others.poses) {
-        pose.levels = SignalLevels{Mat3<double>::Zero(), 0};
-    }
+    others = corrected_by_board(others, first.calibration.converters);
     write(others, all_);
     const auto again = calibrate_coils(" --converters-from " + toml_);
     ASSERT_EQ(again.exit_code, 0) << again.err;
@@ -320,6 +327,37 @@ TEST_F(Command, ConvertersFromAnotherCalibrationAreKept) {
     refused(calibrate_coils(" --converters-from " + toml_), "59 of 60 couplings have no levels");
 }
 
+/// In a printed grid of 50 mm, three attitudes at each node.
+TEST_F(Command, GridIsCorrectedToo) {
+    DrawnBoard board(1);
+    write(poses_of(board, 48, 0.48, 0.84, 1), all_);
+    ASSERT_EQ(calibrate().exit_code, 0);
+    test::RandomPoses random(7);
+    PoseFile others;
+    std::vector<std::string> nodes;
+    for (int n = 0; n < 75; ++n) {
+        const Vec3<double> node(n % 5, n / 5 % 5, 0);
+        others.poses.push_back(board.measure(Vec3<double>(0.5, -0.1, -0.1) + 0.05 * node, random.attitude(), 1));
+        nodes.push_back(fmt::format("{}", fmt::join(node, ",")));
+    }
+    const auto on_grid = [&](const PoseFile& file, const std::string& more) {
+        std::string text = "column,row,level,x11,x12,x13,x21,x22,x23,x31,x32,x33" + std::string(kLevelColumns) + "\n";
+        for (std::size_t n = 0; n < nodes.size(); ++n) {
+            text += nodes[n] + "," + couplings_text(file.poses[n], std::string(kLevelColumns)) + "\n";
+        }
+        std::ofstream(rests_) << text;
+        const auto ran = test::tricoil("calibrate --grid --spacing-mm 50 --json --out " + coils_ + " " + rests_ + more);
+        EXPECT_EQ(ran.exit_code, 0) << ran.err;
+        return read_calibration(coils_).calibration.model.sensor_sensitivity;
+    };
+    const std::string stored = " --converters-from " + toml_;
+    const Mat3<double> uncorrected = on_grid(others, "");
+    const Mat3<double> by_host = on_grid(others, stored);
+    const Mat3<double> by_board = on_grid(corrected_by_board(others, read_calibration(toml_).calibration.converters), stored);
+    EXPECT_LT((by_host - by_board).norm(), 1e-6);
+    EXPECT_GT((by_host - uncorrected).norm(), 1e-5);
+}
+
 TEST_F(Command, FreeMotionIsCorrectedToo) {
     DrawnBoard board(1);
     write(poses_of(board, 48, 0.48, 0.84, 1), all_);
@@ -329,15 +367,11 @@ TEST_F(Command, FreeMotionIsCorrectedToo) {
         EXPECT_EQ(ran.exit_code, 0) << ran.err;
         return read_calibration(coils_).calibration.model.sensor_sensitivity;
     };
-    PoseFile others = poses_of(board, 60, 0.6, 0.8, 101);
+    const PoseFile others = poses_of(board, 60, 0.6, 0.8, 101);
     write(others, all_);
     const Mat3<double> uncorrected = free_motion("");
     const Mat3<double> by_host = free_motion(" --converters-from " + toml_);
-    others = corrected(others, read_calibration(toml_).calibration.converters);
-    for (MeasuredPose& pose : others.poses) {
-        pose.levels = SignalLevels{Mat3<double>::Zero(), 0};
-    }
-    write(others, all_);
+    write(corrected_by_board(others, read_calibration(toml_).calibration.converters), all_);
     const Mat3<double> by_board = free_motion(" --converters-from " + toml_);
     EXPECT_LT((by_host - by_board).norm(), 1e-6);
     EXPECT_GT((by_host - uncorrected).norm(), 1e-5);
@@ -364,8 +398,11 @@ TEST_F(Command, RefusesDamagedErrorsInTheCalibration) {
     std::string text = test::read_file(toml_);
     text.replace(text.find("code_jumps_2 = ["), 16, "code_jumps_2 = [1, ");
     std::ofstream(toml_) << text;
-    const auto ran = test::tricoil("evaluate --calibration " + toml_ + " --out " + test::path_in_temp("errors") + " " + rests_);
-    refused(ran, "'converters.code_jumps_2' must be 14 whole numbers from -127 to 127");
+    const std::string evaluate = "evaluate --calibration " + toml_ + " --out " + test::path_in_temp("errors") + " " + rests_;
+    refused(test::tricoil(evaluate), "'converters.code_jumps_2' must be 14 whole numbers from -127 to 127");
+    text.replace(text.find("code_jumps_2 = ["), 12, "code_jumps2");
+    std::ofstream(toml_) << text;
+    refused(test::tricoil(evaluate), "'converters.code_jumps_2' is missing; 'converters.code_jumps2' is not a known key");
 }
 
 TEST(ConverterFit, RefusesUnknownLevelsAndFewPoses) {

@@ -27,13 +27,24 @@ void correct(std::vector<Measured>& all, const ConverterErrors& errors) {
 }
 
 template <typename Measured>
-void count(const std::vector<Measured>& all, LevelCount& sum) {
-    for (const Measured& measured : all) {
-        ++(!measured.levels ? sum.absent : measured.levels->known() ? sum.known : sum.unknown);
+LevelCount count_levels(const std::vector<Measured>& couplings) {
+    LevelCount count;
+    for (const Measured& measured : couplings) {
+        ++(!measured.levels ? count.absent : measured.levels->known() ? count.known : count.unknown);
     }
+    return count;
 }
 
-void refuse_mixed(const LevelCount& count, const ConverterErrors& errors) {
+}  // namespace
+
+LevelCount& LevelCount::operator+=(const LevelCount& other) {
+    known += other.known;
+    unknown += other.unknown;
+    absent += other.absent;
+    return *this;
+}
+
+void refuse_mixed_levels(const LevelCount& count, const ConverterErrors& errors) {
     const std::size_t without = count.unknown + count.absent;
     if (!(errors == ConverterErrors{}) && count.known > 0 && without > 0) {
         throw InputError(fmt::format(
@@ -43,43 +54,26 @@ void refuse_mixed(const LevelCount& count, const ConverterErrors& errors) {
     }
 }
 
-}  // namespace
+template <typename Measured>
+LevelCount correct_converters(std::vector<Measured>& couplings, const ConverterErrors& errors) {
+    const LevelCount count = count_levels(couplings);
+    refuse_mixed_levels(count, errors);
+    correct(couplings, errors);
+    return count;
+}
+template LevelCount correct_converters(std::vector<GridFrame>&, const ConverterErrors&);
+template LevelCount correct_converters(std::vector<CouplingFrame>&, const ConverterErrors&);
 
-LevelCount count_levels(const std::vector<PoseFile>& files) {
+LevelCount correct_converters(std::vector<PoseFile>& files, const ConverterErrors& errors) {
     LevelCount sum;
     for (const PoseFile& file : files) {
-        count(file.poses, sum);
+        sum += count_levels(file.poses);
     }
-    return sum;
-}
-
-LevelCount count_levels(const std::vector<GridFrame>& frames) {
-    LevelCount sum;
-    count(frames, sum);
-    return sum;
-}
-
-LevelCount count_levels(const std::vector<CouplingFrame>& frames) {
-    LevelCount sum;
-    count(frames, sum);
-    return sum;
-}
-
-void correct_converters(std::vector<PoseFile>& files, const ConverterErrors& errors) {
-    refuse_mixed(count_levels(files), errors);
+    refuse_mixed_levels(sum, errors);
     for (PoseFile& file : files) {
         correct(file.poses, errors);
     }
-}
-
-void correct_converters(std::vector<GridFrame>& frames, const ConverterErrors& errors) {
-    refuse_mixed(count_levels(frames), errors);
-    correct(frames, errors);
-}
-
-void correct_converters(std::vector<CouplingFrame>& frames, const ConverterErrors& errors) {
-    refuse_mixed(count_levels(frames), errors);
-    correct(frames, errors);
+    return sum;
 }
 
 }  // namespace tricoil::host

@@ -10,26 +10,30 @@
 
 namespace tricoil::host {
 
-/// Corrects the couplings as a board does that stores these errors. Couplings without known levels are taken as corrected. Throws
-/// InputError if only a part of them has known levels: then the gain changed during a rest, or the data are of two kinds.
-void correct_converters(std::vector<PoseFile>& files, const signal::ConverterErrors& errors);
-void correct_converters(std::vector<GridFrame>& frames, const signal::ConverterErrors& errors);
-void correct_converters(std::vector<CouplingFrame>& frames, const signal::ConverterErrors& errors);
+/// How many couplings have known levels at the converters.
+struct LevelCount {
+    std::size_t known = 0;
+    std::size_t unknown = 0;  // in files with levels
+    std::size_t absent = 0;   // in files without levels
 
-/// Measured: MeasuredPose, GridFrame or CouplingFrame.
+    LevelCount& operator+=(const LevelCount& other);
+};
+
+// Measured: MeasuredPose, GridFrame or CouplingFrame.
+
 template <typename Measured>
 bool has_known_levels(const Measured& measured) {
     return measured.levels && measured.levels->known();
 }
 
-/// How many couplings have levels.
-struct LevelCount {
-    std::size_t known = 0;
-    std::size_t unknown = 0;  // of a file with levels
-    std::size_t absent = 0;   // of a file without levels
-};
-LevelCount count_levels(const std::vector<PoseFile>& files);
-LevelCount count_levels(const std::vector<GridFrame>& frames);
-LevelCount count_levels(const std::vector<CouplingFrame>& frames);
+/// Corrects the couplings as a board does that stores these errors. Couplings without known levels are taken as corrected; the
+/// result counts them. Throws InputError as refuse_mixed_levels().
+template <typename Measured>
+LevelCount correct_converters(std::vector<Measured>& couplings, const signal::ConverterErrors& errors);
+LevelCount correct_converters(std::vector<PoseFile>& files, const signal::ConverterErrors& errors);
+
+/// Throws InputError if there are errors to correct and only a part of the couplings has known levels: then the gain changed
+/// during a rest, or the data are of two kinds.
+void refuse_mixed_levels(const LevelCount& count, const signal::ConverterErrors& errors);
 
 }  // namespace tricoil::host

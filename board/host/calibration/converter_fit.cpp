@@ -30,6 +30,11 @@ constexpr int kRounds = 3;                    // coils and converters in turn
 /// Limits, in expected sizes: larger errors are refused, smaller ones fit into a byte. Gain errors add up from step to step.
 constexpr double kMostGain = 7.7;
 constexpr double kMostJump = 4.6;
+constexpr double kLargestByte = 127.5;
+static_assert(kMostGain * kGainError < kLargestByte * double{ConverterErrors::kGainUnit});
+// expected_jump() is largest for n = 8: sqrt(2) kLargestJump.
+static_assert(2 * (kMostJump * kLargestJump) * (kMostJump * kLargestJump) <
+              kLargestByte * kLargestByte * double{ConverterErrors::kJumpUnit} * double{ConverterErrors::kJumpUnit});
 
 constexpr int kUppermostBit = 11;
 constexpr std::size_t kCodesPerJump = 128;
@@ -262,7 +267,7 @@ ConverterFit fit_converters(std::vector<PoseFile>& files, FitOptions options) {
     for (int round = 0; round < kRounds; ++round) {
         fit.errors = errors_of(equations_of(measured, fit.coils));
         files = measured;
-        correct_converters(files, fit.errors);
+        (void)correct_converters(files, fit.errors);
         fit.coils = fit_coils();
     }
     fit.non_linearity_lsb = non_linearity(files, fit.errors) / kLsb;

@@ -110,22 +110,22 @@ std::string free_motion_text(const Json& r) {
 
 CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& result, std::vector<std::string>& warnings) {
     CalibrationFile file;
-    std::size_t unknown_levels = 0;
+    LevelCount levels;
     auto couplings = read_all(command.data, [&](const std::string& path) {
         std::vector<CouplingFrame> one = read_couplings(path, command.column_skew);
-        unknown_levels += count_levels(one).unknown;
-        correct_converters(one, command.stored_converters);
+        levels += correct_converters(one, command.stored_converters);
         if (command.column_skew != 0) {
             one = deskewed_couplings(one, command.column_skew);
         }
         remove_left_handed(path, one, warnings);
         return one;
     });
+    refuse_mixed_levels(levels, command.stored_converters);
     file.calibration.phase_rad = remove_own_phases(couplings);
     const std::vector<Mat3<double>> frames = in_phase_of(couplings);
     const SelfCalibration found = self_calibrate(frames);
     result = {{"frames", frames.size()},
-              {"unknown_levels", unknown_levels},
+              {"unknown_levels", levels.unknown},
               {"misfit_before", found.misfit_before},
               {"misfit_after", found.misfit_after},
               {"ratios_before", list_of(found.ratios_before)},

@@ -27,11 +27,11 @@ std::string grid_text(const Json& r) {
 
 CalibrationFile calibrate_grid(const GridCommand& command, Json& result, std::vector<std::string>& warnings) {
     auto frames = read_grids(command.data, command.nodes);
-    correct_converters(frames, command.stored_converters);
+    const LevelCount levels = correct_converters(frames, command.stored_converters);
     const Mat3<double> phase_rad = remove_own_phases(frames);
     const GridCalibration found = calibrate_on_grid(frames, command.spacing_m, command.hemisphere, command.model);
     result = {{"frames", frames.size()},
-              {"unknown_levels", count_levels(frames).unknown},
+              {"unknown_levels", levels.unknown},
               {"position_rms_m", found.position_rms_m},
               {"misfit_before", found.misfit_before},
               {"misfit_after", found.misfit_after},

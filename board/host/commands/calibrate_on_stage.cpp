@@ -83,8 +83,7 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, Json& result, st
     options.fixtures = command.fixtures;
     options.stage = command.stage;
     auto files = read_pose_files(command.data);
-    correct_converters(files, command.stored_converters);
-    result["unknown_levels"] = count_levels(files).unknown;
+    result["unknown_levels"] = correct_converters(files, command.stored_converters).unknown;
     const Mat3<double> phase_rad = remove_own_phases(files);
     Progress progress("calibrate");
     options.progress = progress.part(0, 1);

@@ -37,14 +37,12 @@ SurroundingsData read_data(const SurroundingsCommand& command, const Calibration
     if (command.grid) {
         const auto& known = coils.calibration.hemisphere;
         auto frames = read_grids(command.data, command.nodes);
-        result["unknown_levels"] = count_levels(frames).unknown;
-        correct_converters(frames, coils.calibration.converters);
+        result["unknown_levels"] = correct_converters(frames, coils.calibration.converters).unknown;
         remove_phases_of(frames, phase_rad);
         return data_on_grid(coils, frames, command.spacing_m, known.isZero(0) ? command.hemisphere : known);
     }
     auto files = read_pose_files(command.data);
-    result["unknown_levels"] = count_levels(files).unknown;
-    correct_converters(files, coils.calibration.converters);
+    result["unknown_levels"] = correct_converters(files, coils.calibration.converters).unknown;
     remove_phases_of(files, phase_rad);
     return command.refit_fixtures ? data_at_unknown_fixtures(coils, std::move(files))
                                   : data_at_known_fixtures(coils, std::move(files));

@@ -170,7 +170,7 @@ int evaluate_command(const EvaluateCommand& command) {
         throw InputError("--solver direct: does not use the surroundings of the calibration; use refined");
     }
     auto files = read_pose_files(command.data);
-    correct_converters(files, calibration.calibration.converters);
+    (void)correct_converters(files, calibration.calibration.converters);
     remove_phases_of(files, calibration.calibration.phase_rad);
     if (calibration.source_stage.empty() && !command.refit_fixtures) {
         throw InputError(command.calibration + ": has no fixtures (not calibrated on a stage); use --refit-fixtures");
