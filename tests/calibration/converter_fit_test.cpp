@@ -192,7 +192,7 @@ protected:
         if (!end_of_last_line.empty()) {
             text.replace(text.rfind(','), std::string::npos, end_of_last_line + "\n");
         }
-        std::ofstream(rests_) << text;
+        std::ofstream(kRests) << text;
     }
     static std::string couplings_text(const MeasuredPose& pose, const std::string& columns) {
         std::string text = matrix_text(pose.x);
@@ -205,16 +205,16 @@ protected:
         return text;
     }
     static test::CliResult calibrate(const std::string& more = "") {
-        return test::tricoil("calibrate --model concentric --converters --json --out " + toml_ + " --blob " + blob_ + " " +
-                             rests_ + more);
+        return test::tricoil("calibrate --model concentric --converters --json --out " + kToml + " --blob " + kBlob + " " +
+                             kRests + more);
     }
     /// Calibrates the coils alone.
     static test::CliResult calibrate_coils(const std::string& more) {
-        return test::tricoil("calibrate --model concentric --json --out " + coils_ + " --blob " + blob_ + " " + rests_ + more);
+        return test::tricoil("calibrate --model concentric --json --out " + kCoils + " --blob " + kBlob + " " + kRests + more);
     }
     static double error_m(const std::string& calibration) {
         return test::tricoil("evaluate --solver direct --json --calibration " + calibration + " --out " +
-                             test::path_in_temp("errors") + " " + rests_)
+                             test::path_in_temp("errors") + " " + kRests)
             .json()["position_rms_m"];
     }
     static void refused(const test::CliResult& ran, const std::string& reason) {
@@ -223,26 +223,26 @@ protected:
         EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
     }
     void TearDown() override {
-        for (const std::string& path : {rests_, toml_, coils_, blob_}) {
+        for (const std::string& path : {kRests, kToml, kCoils, kBlob}) {
             std::filesystem::remove(path);
         }
     }
 
-    static inline const std::string rests_ = test::path_in_temp("rests.csv");
-    static inline const std::string toml_ = test::path_in_temp("converters.toml");
-    static inline const std::string coils_ = test::path_in_temp("coils.toml");
-    static inline const std::string blob_ = test::path_in_temp("converters.bin");
-    static inline const std::string all_ = std::string(kQuadratureColumns) + std::string(kLevelColumns);
+    static inline const std::string kRests = test::path_in_temp("rests.csv");
+    static inline const std::string kToml = test::path_in_temp("converters.toml");
+    static inline const std::string kCoils = test::path_in_temp("coils.toml");
+    static inline const std::string kBlob = test::path_in_temp("converters.bin");
+    static inline const std::string kAll = std::string(kQuadratureColumns) + std::string(kLevelColumns);
 };
 
 TEST_F(Command, FileAndBlobHaveTheSameErrors) {
-    write(all_);
+    write(kAll);
     const auto ran = calibrate();
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
     EXPECT_GT(ran.json()["converters"]["non_linearity_lsb"], 0.1);
-    const CalibrationFile file = read_calibration(toml_);
+    const CalibrationFile file = read_calibration(kToml);
     EXPECT_NE(file.calibration.converters, signal::ConverterErrors{});
-    const std::string bytes = test::read_file(blob_);
+    const std::string bytes = test::read_file(kBlob);
     const auto decoded = calibration::decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
     ASSERT_TRUE(decoded.ok()) << decoded.status().message();
     EXPECT_EQ(decoded->converters, file.calibration.converters);
@@ -253,13 +253,13 @@ TEST_F(Command, RefusesBadLevels) {
     refused(calibrate(), "rests.csv:2: the levels at the converters (a11 to a33) are not known");
     write(std::string(kLevelColumns));
     EXPECT_EQ(calibrate().exit_code, 0);
-    write(all_, ",12");
+    write(kAll, ",12");
     refused(calibrate(), "rests.csv:37: gain_step must be a whole number from 0 to 11");
-    write(all_, ",2.5");
+    write(kAll, ",2.5");
     refused(calibrate(), "rests.csv:37: gain_step must be a whole number from 0 to 11");
-    write(all_, "e9,3");
+    write(kAll, "e9,3");
     refused(calibrate(), "rests.csv:37: a level (a11 to a33) is not a share of full scale, 0 to 1");
-    write(all_);
+    write(kAll);
     refused(calibrate(" --grid --spacing-mm 50"), "--converters needs poses of a stage");
 }
 
@@ -271,7 +271,7 @@ TEST_F(Command, RefusesErrorsOfUnsoundConverters) {
     for (MeasuredPose& pose : rests.poses) {
         pose.x.row(1) *= pose.levels->gain_step == farthest_step ? 1.02 : 1;
     }
-    write(rests, all_);
+    write(rests, kAll);
     refused(calibrate(), "the errors of the converters are larger than those of sound converters");
 }
 
@@ -285,7 +285,7 @@ TEST_F(Command, RefusesALargeJump) {
             pose.x(0, j) *= 1 + kJump * double{signal::ConverterErrors::response(8, static_cast<float>(share))} / share;
         }
     }
-    write(rests, all_);
+    write(rests, kAll);
     refused(calibrate(), "the errors of the converters are larger than those of sound converters");
 }
 
@@ -295,42 +295,42 @@ TEST_F(Command, RefusesTooFewCouplingsThatAreNotFaint) {
     for (MeasuredPose& pose : rests.poses) {
         pose.levels->share *= 0.01;
     }
-    write(rests, all_);
+    write(rests, kAll);
     refused(calibrate(), "do not determine the errors of the converters; measure more poses");
 }
 
 /// With known levels the couplings are corrected, with unknown levels the board has corrected them.
 TEST_F(Command, ConvertersFromAnotherCalibrationAreKept) {
     DrawnBoard board(1);
-    write(poses_of(board, 48, 0.48, 0.84, 1), all_);
+    write(poses_of(board, 48, 0.48, 0.84, 1), kAll);
     ASSERT_EQ(calibrate().exit_code, 0);
-    const CalibrationFile first = read_calibration(toml_);
+    const CalibrationFile first = read_calibration(kToml);
     PoseFile others = poses_of(board, 60, 0.6, 0.8, 101);
-    write(others, all_);
+    write(others, kAll);
     ASSERT_EQ(calibrate_coils("").exit_code, 0);
-    const double uncorrected_m = error_m(coils_);
-    const auto ran = calibrate_coils(" --converters-from " + toml_);
+    const double uncorrected_m = error_m(kCoils);
+    const auto ran = calibrate_coils(" --converters-from " + kToml);
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
-    EXPECT_EQ(read_calibration(coils_).calibration.converters, first.calibration.converters);
-    EXPECT_LT(error_m(coils_), 0.4 * uncorrected_m);
+    EXPECT_EQ(read_calibration(kCoils).calibration.converters, first.calibration.converters);
+    EXPECT_LT(error_m(kCoils), 0.4 * uncorrected_m);
 
     others = corrected_by_board(others, first.calibration.converters);
-    write(others, all_);
-    const auto again = calibrate_coils(" --converters-from " + toml_);
+    write(others, kAll);
+    const auto again = calibrate_coils(" --converters-from " + kToml);
     ASSERT_EQ(again.exit_code, 0) << again.err;
     EXPECT_EQ(again.json()["warnings"].dump().find("does not contain"), std::string::npos);
-    EXPECT_LT(error_m(coils_), 0.4 * uncorrected_m);
-    EXPECT_EQ(read_calibration(coils_).calibration.converters, first.calibration.converters);
+    EXPECT_LT(error_m(kCoils), 0.4 * uncorrected_m);
+    EXPECT_EQ(read_calibration(kCoils).calibration.converters, first.calibration.converters);
 
     others.poses[3].levels = SignalLevels{Mat3<double>::Constant(0.1), 3};
-    write(others, all_);
-    refused(calibrate_coils(" --converters-from " + toml_), "59 of 60 couplings have no levels");
+    write(others, kAll);
+    refused(calibrate_coils(" --converters-from " + kToml), "59 of 60 couplings have no levels");
 }
 
 /// In a printed grid of 50 mm, three attitudes at each node.
 TEST_F(Command, GridIsCorrectedToo) {
     DrawnBoard board(1);
-    write(poses_of(board, 48, 0.48, 0.84, 1), all_);
+    write(poses_of(board, 48, 0.48, 0.84, 1), kAll);
     ASSERT_EQ(calibrate().exit_code, 0);
     test::RandomPoses random(7);
     PoseFile others;
@@ -345,34 +345,34 @@ TEST_F(Command, GridIsCorrectedToo) {
         for (std::size_t n = 0; n < nodes.size(); ++n) {
             text += nodes[n] + "," + couplings_text(file.poses[n], std::string(kLevelColumns)) + "\n";
         }
-        std::ofstream(rests_) << text;
-        const auto ran = test::tricoil("calibrate --grid --spacing-mm 50 --json --out " + coils_ + " " + rests_ + more);
+        std::ofstream(kRests) << text;
+        const auto ran = test::tricoil("calibrate --grid --spacing-mm 50 --json --out " + kCoils + " " + kRests + more);
         EXPECT_EQ(ran.exit_code, 0) << ran.err;
-        return read_calibration(coils_).calibration.model.sensor_sensitivity;
+        return read_calibration(kCoils).calibration.model.sensor_sensitivity;
     };
-    const std::string stored = " --converters-from " + toml_;
+    const std::string stored = " --converters-from " + kToml;
     const Mat3<double> uncorrected = on_grid(others, "");
     const Mat3<double> by_host = on_grid(others, stored);
-    const Mat3<double> by_board = on_grid(corrected_by_board(others, read_calibration(toml_).calibration.converters), stored);
+    const Mat3<double> by_board = on_grid(corrected_by_board(others, read_calibration(kToml).calibration.converters), stored);
     EXPECT_LT((by_host - by_board).norm(), 1e-6);
     EXPECT_GT((by_host - uncorrected).norm(), 1e-5);
 }
 
 TEST_F(Command, FreeMotionIsCorrectedToo) {
     DrawnBoard board(1);
-    write(poses_of(board, 48, 0.48, 0.84, 1), all_);
+    write(poses_of(board, 48, 0.48, 0.84, 1), kAll);
     ASSERT_EQ(calibrate().exit_code, 0);
     const auto free_motion = [](const std::string& more) {
-        const auto ran = test::tricoil("calibrate --free-motion --json --out " + coils_ + " " + rests_ + more);
+        const auto ran = test::tricoil("calibrate --free-motion --json --out " + kCoils + " " + kRests + more);
         EXPECT_EQ(ran.exit_code, 0) << ran.err;
-        return read_calibration(coils_).calibration.model.sensor_sensitivity;
+        return read_calibration(kCoils).calibration.model.sensor_sensitivity;
     };
     const PoseFile others = poses_of(board, 60, 0.6, 0.8, 101);
-    write(others, all_);
+    write(others, kAll);
     const Mat3<double> uncorrected = free_motion("");
-    const Mat3<double> by_host = free_motion(" --converters-from " + toml_);
-    write(corrected_by_board(others, read_calibration(toml_).calibration.converters), all_);
-    const Mat3<double> by_board = free_motion(" --converters-from " + toml_);
+    const Mat3<double> by_host = free_motion(" --converters-from " + kToml);
+    write(corrected_by_board(others, read_calibration(kToml).calibration.converters), kAll);
+    const Mat3<double> by_board = free_motion(" --converters-from " + kToml);
     EXPECT_LT((by_host - by_board).norm(), 1e-6);
     EXPECT_GT((by_host - uncorrected).norm(), 1e-5);
 }
@@ -383,25 +383,25 @@ TEST_F(Command, WarnsIfTheBoardWouldForgetItsConverters) {
     for (MeasuredPose& pose : rests.poses) {
         pose.levels = SignalLevels{Mat3<double>::Zero(), 0};
     }
-    write(rests, all_);
+    write(rests, kAll);
     const auto ran = calibrate_coils("");
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
     EXPECT_THAT(ran.json()["warnings"].dump(), HasSubstr("does not contain errors of converters; a board"));
-    refused(calibrate_coils(" --converters-from " + coils_), "choose");
-    std::filesystem::rename(coils_, toml_);
-    refused(calibrate_coils(" --converters-from " + toml_), "does not contain errors of converters");
+    refused(calibrate_coils(" --converters-from " + kCoils), "choose");
+    std::filesystem::rename(kCoils, kToml);
+    refused(calibrate_coils(" --converters-from " + kToml), "does not contain errors of converters");
 }
 
 TEST_F(Command, RefusesDamagedErrorsInTheCalibration) {
-    write(all_);
+    write(kAll);
     ASSERT_EQ(calibrate().exit_code, 0);
-    std::string text = test::read_file(toml_);
+    std::string text = test::read_file(kToml);
     text.replace(text.find("code_jumps_2 = ["), 16, "code_jumps_2 = [1, ");
-    std::ofstream(toml_) << text;
-    const std::string evaluate = "evaluate --calibration " + toml_ + " --out " + test::path_in_temp("errors") + " " + rests_;
+    std::ofstream(kToml) << text;
+    const std::string evaluate = "evaluate --calibration " + kToml + " --out " + test::path_in_temp("errors") + " " + kRests;
     refused(test::tricoil(evaluate), "'converters.code_jumps_2' must be 14 whole numbers from -127 to 127");
     text.replace(text.find("code_jumps_2 = ["), 12, "code_jumps2");
-    std::ofstream(toml_) << text;
+    std::ofstream(kToml) << text;
     refused(test::tricoil(evaluate), "'converters.code_jumps_2' is missing; 'converters.code_jumps2' is not a known key");
 }
 
