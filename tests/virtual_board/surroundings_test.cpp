@@ -4,8 +4,7 @@
 
 #include <cstdio>
 
-#include "board/host/calibration/surroundings_data.hpp"
-#include "board/host/calibration/surroundings_fit.hpp"
+#include "board/host/calibration/surroundings_calibration.hpp"
 #include "core/protocol/convert.hpp"
 #include "tests/virtual_board/rests.hpp"
 
@@ -66,8 +65,8 @@ TEST(Surroundings, BoardAboveATableTracksBetweenTheCalibratedNodes) {
     const auto coils_blob = calibration::encode(coils.calibration);  // the board corrects its converters
     const auto above_table = test::measure(circuit, host::load_scenario("table", 1), kColumns, nodes, &coils_blob);
     const auto data = host::data_at_known_fixtures(coils, {test::means_of(above_table.frames, nodes)});
-    host::CalibrationFile with_table = coils;
-    set_surroundings(with_table, fit_surroundings(coils.calibration.model, data).dipoles);
+    const host::SurroundingsFit fit = fit_surroundings(coils.calibration.model, data);
+    const host::CalibrationFile with_table = add_surroundings(coils, fit, data).file;
 
     const auto between = grid(2, 0.13, random);
     std::array<Errors, 2> errors;  // coils alone, coils and table

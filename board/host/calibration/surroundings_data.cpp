@@ -2,22 +2,24 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/fit_quality.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
-#include "core/solver/cold_start.hpp"
 
 namespace tricoil::host {
 namespace {
 
 constexpr double kTolerantMisfit = 0.3;  // share of the couplings that metal may explain before its dipoles are known
+
+void set_block(RigidBlock& block, const Vec3<double>& translation_m) {
+    block = {};
+    Eigen::Map<Vec3<double>>{block.data()} = translation_m / kLengthUnit_m;
+}
+
+}  // namespace
 
 Result<solver::ColdSolution<double>> solve_tolerant(const field::GeneralDipole<double>& model, const Mat3<double>& x,
                                                     const Vec3<double>& hemisphere) {
@@ -27,13 +29,6 @@ Result<solver::ColdSolution<double>> solve_tolerant(const field::GeneralDipole<d
     params.refine.max_misfit_share = kTolerantMisfit;
     return solver::solve_cold<double>(model, x, Mat3<double>::Ones(), params);
 }
-
-void set_block(RigidBlock& block, const Vec3<double>& translation_m) {
-    block = {};
-    Eigen::Map<Vec3<double>>{block.data()} = translation_m / kLengthUnit_m;
-}
-
-}  // namespace
 
 SurroundingsData data_at_known_fixtures(const CalibrationFile& coils, std::vector<PoseFile> files) {
     if (coils.stage_turns_left_handed) {
@@ -108,37 +103,6 @@ SurroundingsData data_on_grid(const CalibrationFile& coils, const std::vector<Gr
             {nodes.col(static_cast<Eigen::Index>(k)), data.starts.frame.transpose() * attitudes[k], frames[k].x});
     }
     return data;
-}
-
-ModelErrors errors_of_model(const field::GeneralDipole<double>& model, const SurroundingsData& data,
-                            const std::vector<solver::RigidPose<double>>& truths) {
-    ModelErrors errors;
-    double squares = 0;
-    for (std::size_t k = 0; k < truths.size(); ++k) {
-        const auto solution = solve_tolerant(model, data.poses[k].x, truths[k].position_m);
-        if (!solution.ok() || !solution->refinement.converged()) {
-            ++errors.not_converged;
-            errors.error_m.push_back(std::numeric_limits<double>::infinity());
-            continue;
-        }
-        const double error_m = (solution->refinement.pose.position_m - truths[k].position_m).norm();
-        squares += error_m * error_m;
-        errors.position_max_m = std::max(errors.position_max_m, error_m);
-        errors.error_m.push_back(error_m);
-        errors.misfit_max = std::max(errors.misfit_max, solution->refinement.misfit_share);
-    }
-    errors.position_rms_m =
-        std::sqrt(squares / static_cast<double>(std::max<std::size_t>(truths.size() - errors.not_converged, 1)));
-    return errors;
-}
-
-std::optional<std::size_t> find_outlier(const ModelErrors& errors, const std::vector<solver::RigidPose<double>>& truths) {
-    constexpr double kOfMedian = 20;
-    constexpr double kOfRange = 0.01;
-    const auto worst = std::max_element(errors.error_m.begin(), errors.error_m.end());
-    const auto index = static_cast<std::size_t>(worst - errors.error_m.begin());
-    const bool is_outlier = *worst > kOfMedian * median(errors.error_m) && *worst > kOfRange * truths[index].position_m.norm();
-    return is_outlier ? std::optional(index) : std::nullopt;
 }
 
 }  // namespace tricoil::host

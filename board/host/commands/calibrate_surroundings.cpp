@@ -2,13 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
-#include "board/host/calibration/misfit_floor.hpp"
-#include "board/host/calibration/surroundings_data.hpp"
+#include "board/host/calibration/surroundings_calibration.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
 
@@ -54,27 +51,6 @@ Json json_of(const ModelErrors& errors) {
             {"not_converged", errors.not_converged}};
 }
 
-/// Throws InputError for a pose that does not fit the others, and for dipoles that increase the error.
-void refuse_bad_fit(const ModelErrors& without, const ModelErrors& with, const std::vector<solver::RigidPose<double>>& truths) {
-    const std::size_t poses = truths.size();
-    if (const auto pose = find_outlier(with, truths)) {
-        const double error_m = with.error_m[*pose];
-        throw InputError(fmt::format(
-            "pose {} of {} does not fit the others: {}; its data are wrong, or metal is too near: correct or remove it",
-            *pose + 1, poses,
-            std::isinf(error_m)
-                ? "its couplings give no pose"
-                : fmt::format("{:.1f} mm of error, RMS of all {:.1f} mm", 1e3 * error_m, 1e3 * with.position_rms_m)));
-    }
-    if (with.not_converged > without.not_converged ||
-        (with.not_converged == without.not_converged && !(with.position_rms_m < without.position_rms_m))) {
-        throw InputError(fmt::format(
-            "the virtual dipoles make the poses worse: {:.3f} mm RMS without them, {:.3f} mm with them, {} of {} poses without "
-            "a solution; use the calibration without surroundings",
-            1e3 * without.position_rms_m, 1e3 * with.position_rms_m, with.not_converged, poses));
-    }
-}
-
 std::string dipole_count(std::size_t dipoles) { return fmt::format("{} virtual dipole{}", dipoles, dipoles == 1 ? "" : "s"); }
 
 }  // namespace
@@ -83,18 +59,12 @@ CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json&
     const CalibrationFile coils = read_coils(command.calibration);
     const SurroundingsData data = read_data(command, coils, result);
     const SurroundingsFit fit = fit_surroundings(coils.calibration.model, data);
-    CalibrationFile file = coils;
-    file.calibration.quadrature_floor = 1;  // the dipoles do not describe the quadrature of the surroundings
-    set_surroundings(file, fit.dipoles);
+    auto [file, without, with] = add_surroundings(coils, fit, data);
     if (command.refit_fixtures) {
         const PoseFile named = read_pose_file(command.data.front());
         file.source_stage = {{source_fixture_name(named), fit.frame}};
         file.mount_sensor = {{sensor_fixture_name(named), fit.mount}};
     }
-    const ModelErrors without = errors_of_model(coils.calibration.model, data, fit.truths);
-    const ModelErrors with = errors_of_model(file.calibration.model, data, fit.truths);
-    refuse_bad_fit(without, with, fit.truths);
-    file.calibration.misfit_floor = misfit_floor_of(with.misfit_max);
     result["poses"] = data.poses.size();
     result["dipoles"] = Json::array();
     for (const VirtualDipole& dipole : fit.dipoles) {
