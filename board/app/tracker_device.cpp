@@ -125,7 +125,8 @@ Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibrati
     return true;
 }
 
-/// Uses the stored calibration; without one that is usable the coils are assumed nominal. A damaged one is a fault.
+/// Uses the stored calibration; without one that is usable the coils are assumed nominal. One that is stored but not usable is a
+/// fault.
 void TrackerDevice::use_calibration() {
     coils_.reset();
     params_.demodulator.converters = {};
@@ -142,11 +143,11 @@ void TrackerDevice::run_self_check() {
     if (stored_ == CalibrationStore::Content::none) {
         report_.add_absent(selfcheck::CheckId::calibration_crc, "calibration: none stored on this device");
     } else {
-        report_.add(selfcheck::CheckId::calibration_crc, selfcheck::Precision::none, "calibrations damaged",
+        report_.add(selfcheck::CheckId::calibration_crc, selfcheck::Precision::none, "calibrations unusable",
                     faults_.has(Fault::calibration) ? 1 : 0, 0);
     }
     hardware_.watchdog.feed();
-    // A damaged calibration is reported as Fault::calibration. Writing a new one clears it.
+    // An unusable calibration is reported as Fault::calibration. Writing a new one clears it.
     const bool passed = std::all_of(report_.checks().begin(), report_.checks().end(), [](const selfcheck::Check& check) {
         return check.outcome != selfcheck::Outcome::fail || check.id == selfcheck::CheckId::calibration_crc;
     });

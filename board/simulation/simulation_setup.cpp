@@ -24,7 +24,8 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
         params.speed = options.speed;
         auto motion = std::make_unique<sim::RecordedMotion>(read_trajectory(options.trajectory), params);
         scenario.name = options.trajectory;
-        scenario.duration_s = motion->duration_s();
+        // The path ends in full motion: a prediction beyond its end has no truth.
+        scenario.duration_s = motion->duration_s() - to_seconds(prediction_of_option(options.tracker, options.predict_ahead_s));
         scenario.motion = std::move(motion);
     } else if (options.speed != 1 || options.place_m != SimulationOptions{}.place_m) {
         throw InputError("--speed and --place: no recorded path to play; add --trajectory FILE");

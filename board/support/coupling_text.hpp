@@ -31,7 +31,7 @@ struct SignalLevels {
     Mat3<double> share;  // (i, j): amplitude of source coil j in the converter of sensor channel i, of full scale; 0: unknown
     int gain_step = 0;
 
-    /// False after FDM, if the gain changed during the rest, and if the board has corrected its converters.
+    /// False in FDM, if the gain changed during the rest, or if the board or the host has corrected the converters.
     [[nodiscard]] bool known() const { return share.minCoeff() > 0; }
 };
 

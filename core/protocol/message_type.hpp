@@ -76,7 +76,7 @@ enum class Fault : std::uint16_t {
     watchdog = 1U << 0U,       // no command from the host in time: coils are off
     overcurrent = 1U << 1U,    // the power stages have shut down because of over-current
     converter = 1U << 2U,      // samples were lost, or an amplifier is defective
-    calibration = 1U << 3U,    // missing or damaged
+    calibration = 1U << 3U,    // missing, damaged or not usable
     temperature = 1U << 4U,    // out of limits
     supply = 1U << 5U,         // out of limits
     transition = 1U << 6U,     // the excitation state changed within a window

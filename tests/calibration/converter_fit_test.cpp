@@ -377,6 +377,21 @@ TEST_F(Command, FreeMotionIsCorrectedToo) {
     EXPECT_GT((by_host - uncorrected).norm(), 1e-5);
 }
 
+/// Each file is of one kind, but not all of the same.
+TEST_F(Command, RefusesFilesWithAndWithoutLevels) {
+    DrawnBoard board(1);
+    write(poses_of(board, 48, 0.48, 0.84, 1), kAll);
+    ASSERT_EQ(calibrate().exit_code, 0);
+    const PoseFile others = poses_of(board, 60, 0.6, 0.8, 101);
+    const std::string corrected_rests = test::path_in_temp("corrected_rests.csv");
+    write(corrected_by_board(others, read_calibration(kToml).calibration.converters), kAll);
+    std::filesystem::rename(kRests, corrected_rests);
+    write(others, kAll);
+    const std::string both = " " + corrected_rests + " --converters-from " + kToml;
+    refused(calibrate_coils(both), "60 of 120 couplings have no levels");
+    refused(test::tricoil("calibrate --free-motion --out " + kCoils + " " + kRests + both), "60 of 120 couplings have no levels");
+}
+
 TEST_F(Command, WarnsIfTheBoardWouldForgetItsConverters) {
     DrawnBoard board(1);
     PoseFile rests = poses_of(board, 36, 0.48, 0.84, 1);
@@ -400,9 +415,9 @@ TEST_F(Command, RefusesDamagedErrorsInTheCalibration) {
     std::ofstream(kToml) << text;
     const std::string evaluate = "evaluate --calibration " + kToml + " --out " + test::path_in_temp("errors") + " " + kRests;
     refused(test::tricoil(evaluate), "'converters.code_jumps_2' must be 14 whole numbers from -127 to 127");
-    text.replace(text.find("code_jumps_2 = ["), 12, "code_jumps2");
+    text.replace(text.find("code_jumps_2 = ["), 12, "code_jumpz_2");
     std::ofstream(kToml) << text;
-    refused(test::tricoil(evaluate), "'converters.code_jumps_2' is missing; 'converters.code_jumps2' is not a known key");
+    refused(test::tricoil(evaluate), "'converters.code_jumps_2' is missing; 'converters.code_jumpz_2' is not a known key");
 }
 
 TEST(ConverterFit, RefusesUnknownLevelsAndFewPoses) {

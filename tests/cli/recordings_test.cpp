@@ -50,5 +50,16 @@ TEST_F(Recordings, AHandIsTrackedToTheBoundWithFdm) {
     EXPECT_LT(tdm["position_rms_m"].get<double>(), 10e-3);
 }
 
+/// The path ends in full motion. Predictions are compared with it, not with a sensor that stops there.
+TEST_F(Recordings, PredictionsEndWithThePath) {
+    const std::string options =
+        "run --json --no-noise --mux tdm --tracker scaat --trajectory " + folder_ + "/hand-motion/user1_cup0.traj --predict ";
+    const auto near = tricoil(options + "0.005").json();
+    const auto far = tricoil(options + "0.02").json();
+    EXPECT_LT(near["position_max_m"].get<double>(), 0.5e-3);
+    EXPECT_LT(far["position_max_m"].get<double>(), 3e-3);
+    EXPECT_NEAR(near["duration_s"].get<double>() - far["duration_s"].get<double>(), 0.015, 0.0015);
+}
+
 }  // namespace
 }  // namespace tricoil::test

@@ -47,10 +47,11 @@ LevelCount& LevelCount::operator+=(const LevelCount& other) {
 void refuse_mixed_levels(const LevelCount& count, const ConverterErrors& errors) {
     const std::size_t without = count.unknown + count.absent;
     if (!(errors == ConverterErrors{}) && count.known > 0 && without > 0) {
-        throw InputError(fmt::format(
-            "{} of {} couplings have no levels at the converters (a11 to a33), for example because the gain changed during the "
-            "rest; remove these lines",
-            without, count.known + without));
+        throw InputError(
+            fmt::format("{} of {} couplings have no levels at the converters (a11 to a33): the gain changed during a rest, or "
+                        "the converters are "
+                        "corrected already; give couplings of one kind",
+                        without, count.known + without));
     }
 }
 

@@ -19,15 +19,14 @@ struct LevelCount {
     LevelCount& operator+=(const LevelCount& other);
 };
 
-// Measured: MeasuredPose, GridFrame or CouplingFrame.
-
+/// Measured: MeasuredPose, GridFrame or CouplingFrame.
 template <typename Measured>
 bool has_known_levels(const Measured& measured) {
     return measured.levels && measured.levels->known();
 }
 
 /// Corrects the couplings as a board does that stores these errors. Couplings without known levels are taken as corrected; the
-/// result counts them. Throws InputError as refuse_mixed_levels().
+/// result counts them. Measured: GridFrame or CouplingFrame. Throws InputError like refuse_mixed_levels().
 template <typename Measured>
 LevelCount correct_converters(std::vector<Measured>& couplings, const signal::ConverterErrors& errors);
 LevelCount correct_converters(std::vector<PoseFile>& files, const signal::ConverterErrors& errors);

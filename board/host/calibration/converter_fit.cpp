@@ -27,14 +27,15 @@ constexpr double kCoilError = 0.1;            // expected error of gains and ang
 constexpr double kFaintest = 0.01;            // amplitude, of full scale: in weaker signals the level is partly noise
 constexpr int kRounds = 3;                    // coils and converters in turn
 
-/// Limits, in expected sizes: larger errors are refused, smaller ones fit into a byte. Gain errors add up from step to step.
+/// Limits, in expected sizes: larger errors are refused, smaller ones fit into a byte, because they round to at most 127. Gain
+/// errors add up from step to step.
 constexpr double kMostGain = 7.7;
 constexpr double kMostJump = 4.6;
-constexpr double kLargestByte = 127.5;
-static_assert(kMostGain * kGainError < kLargestByte * double{ConverterErrors::kGainUnit});
+constexpr double kRoundsToByte = 127.5;
+static_assert(kMostGain * kGainError < kRoundsToByte * double{ConverterErrors::kGainUnit});
 // expected_jump() is largest for n = 8: sqrt(2) kLargestJump.
 static_assert(2 * (kMostJump * kLargestJump) * (kMostJump * kLargestJump) <
-              kLargestByte * kLargestByte * double{ConverterErrors::kJumpUnit} * double{ConverterErrors::kJumpUnit});
+              kRoundsToByte * kRoundsToByte * double{ConverterErrors::kJumpUnit} * double{ConverterErrors::kJumpUnit});
 
 constexpr int kUppermostBit = 11;
 constexpr std::size_t kCodesPerJump = 128;

@@ -1,4 +1,4 @@
-// Calibration of coils and of the metal around them, and how good it is.
+// Calibration of coils and of the metal around them, with its errors.
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,13 @@ struct ModelErrors {
 
 struct SurroundingsCalibration {
     CalibrationFile file;
-    ModelErrors without;  // errors of the poses of the fit without dipoles
-    ModelErrors with;     // with them
+    ModelErrors without;  // of the coils alone, at the poses of the fit
+    ModelErrors with;     // of coils and dipoles
 };
 
-/// Adds the dipoles of a fit to calibrated coils. The misfit that the dipoles leave becomes the misfit floor. Throws InputError
-/// for a pose that does not fit the others, and for dipoles that increase the error.
+/// Adds the dipoles of a fit to coils that are calibrated without surroundings. The misfit that remains becomes the misfit floor;
+/// the quadrature floor becomes unknown. fit: of the same coils and data. Throws InputError for a pose that does not fit the
+/// others, and for dipoles that increase the error.
 SurroundingsCalibration add_surroundings(const CalibrationFile& coils, const SurroundingsFit& fit, const SurroundingsData& data);
 
 }  // namespace tricoil::host

@@ -4,7 +4,6 @@
 
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/evaluation.hpp"
-#include "board/host/calibration/fit_quality.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"

@@ -20,7 +20,8 @@ SurroundingsData data_at_unknown_fixtures(const CalibrationFile& coils, std::vec
 SurroundingsData data_on_grid(const CalibrationFile& coils, const std::vector<GridFrame>& frames, double spacing_m,
                               const Vec3<double>& hemisphere);
 
-/// The pose of couplings that metal distorts: a misfit of up to 30 % is no reason to give up.
+/// Pose from couplings that metal distorts: solve_cold() with equal weights, which accepts a misfit of 30 % of the couplings.
+/// hemisphere: half space of the sensor. The result may be left-handed or not converged. Errors: as solve_cold().
 Result<solver::ColdSolution<double>> solve_tolerant(const field::GeneralDipole<double>& model, const Mat3<double>& x,
                                                     const Vec3<double>& hemisphere);
 

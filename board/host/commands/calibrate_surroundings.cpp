@@ -59,7 +59,8 @@ CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json&
     const CalibrationFile coils = read_coils(command.calibration);
     const SurroundingsData data = read_data(command, coils, result);
     const SurroundingsFit fit = fit_surroundings(coils.calibration.model, data);
-    auto [file, without, with] = add_surroundings(coils, fit, data);
+    SurroundingsCalibration calibrated = add_surroundings(coils, fit, data);
+    CalibrationFile& file = calibrated.file;
     if (command.refit_fixtures) {
         const PoseFile named = read_pose_file(command.data.front());
         file.source_stage = {{source_fixture_name(named), fit.frame}};
@@ -73,15 +74,15 @@ CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json&
     }
     result["residual_before_m"] = fit.residual_before_m;
     result["residual_m"] = fit.residual_m;
-    result["without_surroundings"] = json_of(without);
-    result["with_surroundings"] = json_of(with);
+    result["without_surroundings"] = json_of(calibrated.without);
+    result["with_surroundings"] = json_of(calibrated.with);
     result["misfit_floor"] = file.calibration.misfit_floor;
     if (!command.grid && !command.refit_fixtures) {
-        return file;
+        return std::move(file);
     }
     result["frame_source"] = {{"translation_m", list_of(fit.frame.translation_m)}, {"rotation", rows_of(fit.frame.rotation)}};
     result["sensor_m"] = list_of(fit.mount.translation_m);
-    return file;
+    return std::move(file);
 }
 
 std::string surroundings_result_text(const Json& r) {
