@@ -49,6 +49,28 @@ async function changedPixels(page, before, after) {
   }, [before, after].map(picture => picture.toString('base64')));
 }
 
+/// Changed pixels of the scene as soon as isExpected() is true of them, or after 30 s: a busy machine draws late.
+async function changeOfScene(page, before, isExpected) {
+  let changed = await changedPixels(page, before, await pictureOf(page, '#scene'));
+  for (let n = 0; n < 100 && !isExpected(changed); ++n) {
+    await page.waitForTimeout(300);
+    changed = await changedPixels(page, before, await pictureOf(page, '#scene'));
+  }
+  return changed;
+}
+
+/// Picture of the scene when it no longer changes.
+async function settledScene(page) {
+  let picture = null;
+  const isSettled = async () => {
+    const before = picture;
+    picture = await pictureOf(page, '#scene');
+    return before && await changedPixels(page, before, picture) < 100;
+  };
+  for (let n = 0; n < 100 && !await isSettled(); ++n) await page.waitForTimeout(300);
+  return picture;
+}
+
 /// Calls send() every 100 ms, so that the stream does not stall, until wait() is fulfilled.
 async function whileSending(send, wait) {
   const ticker = setInterval(send, 100);
@@ -63,4 +85,4 @@ const pictureOf = (page, id) => page.locator(id).screenshot();
 const text = (page, id) => page.textContent(id);
 const save = (page, folder, name) => folder ? page.screenshot({path: path.join(folder, `${name}.png`)}) : null;
 
-module.exports = {changedPixels, openPage, pictureOf, save, text, whileSending};
+module.exports = {changeOfScene, openPage, save, settledScene, text, whileSending};
