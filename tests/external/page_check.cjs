@@ -49,25 +49,30 @@ async function changedPixels(page, before, after) {
   }, [before, after].map(picture => picture.toString('base64')));
 }
 
-/// Changed pixels of the scene as soon as isExpected() is true of them, or after 30 s: a busy machine draws late.
+/// Asks isDone() every 300 ms until it is true, for a minute at most: a busy machine draws late.
+async function poll(page, isDone) {
+  const end = Date.now() + 60000;
+  while (!await isDone() && Date.now() < end) await page.waitForTimeout(300);
+}
+
+/// Changed pixels of the scene as soon as isExpected() is true of them, or the last ones.
 async function changeOfScene(page, before, isExpected) {
-  let changed = await changedPixels(page, before, await pictureOf(page, '#scene'));
-  for (let n = 0; n < 100 && !isExpected(changed); ++n) {
-    await page.waitForTimeout(300);
+  let changed = 0;
+  await poll(page, async () => {
     changed = await changedPixels(page, before, await pictureOf(page, '#scene'));
-  }
+    return isExpected(changed);
+  });
   return changed;
 }
 
 /// Picture of the scene when it no longer changes.
 async function settledScene(page) {
   let picture = null;
-  const isSettled = async () => {
+  await poll(page, async () => {
     const before = picture;
     picture = await pictureOf(page, '#scene');
     return before && await changedPixels(page, before, picture) < 100;
-  };
-  for (let n = 0; n < 100 && !await isSettled(); ++n) await page.waitForTimeout(300);
+  });
   return picture;
 }
 

@@ -49,8 +49,7 @@ void refuse_mixed_levels(const LevelCount& count, const ConverterErrors& errors)
     if (!(errors == ConverterErrors{}) && count.known > 0 && without > 0) {
         throw InputError(
             fmt::format("{} of {} couplings have no levels at the converters (a11 to a33): the gain changed during a rest, or "
-                        "the converters are "
-                        "corrected already; give couplings of one kind",
+                        "the converters are corrected already; give couplings of one kind",
                         without, count.known + without));
     }
 }
