@@ -38,10 +38,7 @@ protected:
             write(sim::ilemt_name(fixture, "ld"), sim::ilemt_text(*triads_, ld, fixture));
         }
     }
-    static void TearDownTestSuite() {
-        fs::remove_all(folder_);
-        delete triads_;
-    }
+    static void TearDownTestSuite() { delete triads_; }
 
     static void write(const std::string& name, const std::string& text) {
         std::ofstream(folder_ + "/" + name, std::ios::binary) << text;

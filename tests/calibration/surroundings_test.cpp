@@ -43,7 +43,6 @@ protected:
         const auto fit = tricoil("calibrate --json --model concentric --out " + path("coils.toml") + " " + data("clean"));
         EXPECT_EQ(fit.exit_code, 0) << fit.err;
     }
-    static void TearDownTestSuite() { std::filesystem::remove_all(kFolder); }
 
     static std::string write(const std::string& name, const std::string& text) {
         std::filesystem::create_directories(kFolder);

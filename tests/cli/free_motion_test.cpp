@@ -20,7 +20,6 @@ protected:
     static void SetUpTestSuite() {
         ASSERT_EQ(tricoil("run --duration 2 --fidelity columns --couplings " + kMotion).exit_code, 0);
     }
-    static void TearDownTestSuite() { fs::remove(kMotion); }
     ~FreeMotion() override {
         fs::remove(kOut);
         fs::remove(kBlob);
@@ -52,7 +51,6 @@ TEST_F(FreeMotion, OptionsThatDoNotFitAreNamed) {
     expect_coils_refused(free + " --blob " + kBlob, "--coupling-constant");
     const std::string grid = write_file("grid.csv", "column,row,level," + kCouplings + "0,0,0,2,0,0,0,1,0,0,0,1\n");
     expect_coils_refused("--grid --spacing-mm 1e-9 " + grid, "--spacing-mm must be between 1 and 1000");
-    fs::remove(grid);
     EXPECT_FALSE(fs::exists(kOut));
 }
 
@@ -69,15 +67,12 @@ TEST_F(FreeMotion, FilesThatDoNotFitAreNamed) {
     expect_coils_refused("--free-motion " + empty, empty + ": holds no column frames");
     expect_coils_refused("--grid --spacing-mm 50 " + empty_grid, empty_grid + ": holds no column frames");
     expect_coils_refused("--free-motion " + kMotion + " " + kMotion, kMotion + ": given twice");
-    fs::remove(empty);
-    fs::remove(empty_grid);
 }
 
 TEST_F(FreeMotion, TheHeaderNotTheNameStatesTheKindOfFile) {
     const std::string other = path_in_temp("motion.txt");
     fs::copy_file(kMotion, other, fs::copy_options::overwrite_existing);
     EXPECT_EQ(calibrate("--free-motion " + other).exit_code, 0);
-    fs::remove(other);
 }
 
 TEST_F(FreeMotion, FewLeftHandedFramesAreLeftOut) {
@@ -89,7 +84,6 @@ TEST_F(FreeMotion, FewLeftHandedFramesAreLeftOut) {
     EXPECT_THAT(r.out, HasSubstr("for a coupling constant of 1"));
     std::ofstream(one) << kCouplings << "-2,0,0,0,1,0,0,0,1\n2,0,0,0,1,0,0,0,1\n";
     expect_coils_refused("--free-motion " + one, "one.csv: 1 of 2 column frames are left-handed; correct the wiring");
-    fs::remove(one);
 }
 
 TEST_F(FreeMotion, OlderFilesSurviveAFailureAndInputsAreNotReplaced) {

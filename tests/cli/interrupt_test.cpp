@@ -64,7 +64,6 @@ protected:
         fs::remove_all(folder_);
         fs::create_directory(folder_);
     }
-    void TearDown() override { fs::remove_all(folder_); }
 
     /// Starts `tricoil figures`; a folder `bin` comes first in the PATH.
     [[nodiscard]] pid_t start(const std::string& bin = "") const {

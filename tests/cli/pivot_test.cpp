@@ -32,12 +32,6 @@ protected:
         const auto r = tricoil("calibrate --pivot " + kTake + " --out " + kTip);
         ASSERT_EQ(r.exit_code, 0) << r.err;
     }
-    static void TearDownTestSuite() {
-        fs::remove_all(kTake);
-        for (const std::string& path : {kCsv, kJsonl, kTip}) {
-            fs::remove(path);
-        }
-    }
     static inline const std::string kTake = path_in_temp("pointer_take");
     static inline const std::string kCsv = path_in_temp("pointer.csv");
     static inline const std::string kJsonl = path_in_temp("pointer.jsonl");
@@ -85,7 +79,6 @@ TEST_F(Pointer, CovarianceOfTheTipIsAdded) {
     const CsvTable poses(read_file(out));
     EXPECT_NEAR(poses.number(poses.rows() - 1, "std_y_m"), 0.01, 1e-4);
     fs::remove(out);
-    fs::remove(wide);
 }
 
 TEST_F(Pointer, MotionThatDoesNotDetermineTheTipIsRefused) {
@@ -96,14 +89,12 @@ TEST_F(Pointer, MotionThatDoesNotDetermineTheTipIsRefused) {
             write_file("tilt.toml", "duration_s = 5\n[motion]\nkind = \"pivot\"\ntilt_deg = " + tilt + "\n");
         ASSERT_EQ(tricoil("run --scenario " + scenario + " --out " + poses).exit_code, 0);
         expect_pivot_refused("calibrate --pivot " + poses + " --out " + out, what);
-        fs::remove(scenario);
     };
     refuse("[0, 0, 30]", "about one axis only (");
     refuse("[1, 1, 1]", "tilt the pointer to all sides");
     ASSERT_EQ(tricoil("run --scenario hand --duration 5 --out " + poses).exit_code, 0);
     expect_pivot_refused("calibrate --pivot " + poses + " --out " + out, "the tip is not at rest");
     EXPECT_FALSE(fs::exists(out));
-    fs::remove(poses);
 }
 
 TEST_F(Pointer, FilesWithoutPosesAreNamed) {
@@ -112,7 +103,6 @@ TEST_F(Pointer, FilesWithoutPosesAreNamed) {
     const auto refuse = [](const std::string& text, const std::string& what) {
         const std::string path = write_file("poses.txt", text);
         expect_pivot_refused("calibrate --pivot " + path, path + what);
-        fs::remove(path);
     };
     refuse("x_mm,y_mm\n1,2\n", ":1: no column x_m");
     refuse(head + "0,1,0\n", ":2: 3 fields; the header has 15");
@@ -145,7 +135,6 @@ TEST_F(Pointer, InvalidTipsAreNamed) {
     const auto refuse_file = [&](const std::string& text, const std::string& what) {
         const std::string path = write_file("bad_tip.toml", text);
         refuse(path, path + what);
-        fs::remove(path);
     };
     refuse_file("x = 1\n", ": is not a tip");
     refuse_file("kind = \"tip\"\nversion = 2\n", ":2: 'version' must be 1");

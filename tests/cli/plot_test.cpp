@@ -18,10 +18,6 @@ protected:
         const auto r = tricoil("run --duration 3 --fault unplugged@1-2 --confined --record " + kTake + " --out " + kCsv);
         ASSERT_EQ(r.exit_code, 0) << r.err;
     }
-    static void TearDownTestSuite() {
-        fs::remove_all(kTake);
-        fs::remove(kCsv);
-    }
     static void expect_plot_refused(const std::string& arguments, const std::string& what) {
         const auto r = tricoil("plot " + arguments);
         EXPECT_EQ(r.exit_code, 2) << r.out << r.err;
@@ -54,7 +50,6 @@ TEST_F(Plot, ACsvFileOfASimulationShowsErrorsToo) {
     const std::string plain = path_in_temp("plain.csv");
     ASSERT_EQ(tricoil("convert " + kTake + " --to csv --out " + plain).exit_code, 0);
     EXPECT_EQ(svg_of(plain).size(), svg_of(kTake).size()) << "coordinates differ in their last digit";
-    fs::remove(plain);
 }
 
 /// A curve is interrupted where there are no valid poses: the sensor was unplugged for a second.
@@ -67,7 +62,6 @@ TEST_F(Plot, InvalidPosesAreNotDrawn) {
         return std::count(curve.begin(), curve.end(), 'M');
     };
     EXPECT_GT(moves(svg_of(kCsv)), moves(svg_of(whole)));
-    fs::remove(whole);
 }
 
 TEST_F(Plot, WritesPngAndNamesTheFile) {
@@ -77,7 +71,6 @@ TEST_F(Plot, WritesPngAndNamesTheFile) {
     EXPECT_EQ(r.json()["out"], png);
     EXPECT_EQ(r.json()["poses"].get<int>() > 500, true);
     EXPECT_TRUE(read_file(png).starts_with("\x89PNG"));
-    fs::remove(png);
     const auto beside = tricoil("plot " + kTake + "/", "cd " + fs::path(kTake).parent_path().string());
     EXPECT_THAT(beside.out, HasSubstr("plotted.svg: "));
     EXPECT_TRUE(fs::remove(kTake + ".svg"));
@@ -86,7 +79,6 @@ TEST_F(Plot, WritesPngAndNamesTheFile) {
 TEST_F(Plot, OnePoseWithoutFlagsIsAPicture) {
     const std::string path = write_file("one.csv", "time_s,x_m,y_m,z_m\n1,0,0,0\n2,0.1,0,0\n");
     EXPECT_THAT(svg_of(path), HasSubstr("none"));
-    fs::remove(path);
 }
 
 TEST_F(Plot, BadInputIsNamed) {
@@ -95,7 +87,6 @@ TEST_F(Plot, BadInputIsNamed) {
         const std::string out = path_in_temp("bad.svg");
         expect_plot_refused(path + " --out " + out, path + what);
         EXPECT_FALSE(fs::exists(out));
-        fs::remove(path);
     };
     refuse("time_s,x_mm,y_mm,z_mm\n0,1,2,3\n", ":2: x_m is missing; give the file of run --out in metres");
     refuse("x_m,y_m,z_m\n1,2,3\n", ":2: time_s is missing");

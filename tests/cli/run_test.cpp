@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <sstream>
@@ -134,7 +133,6 @@ TEST(Run, WritesPosesInChosenUnitsAndAngles) {
     const double y = value("y_mm") - value("true_y_mm");
     const double z = value("z_mm") - value("true_z_mm");
     EXPECT_NEAR(1e3 * value("error_position_m"), std::sqrt(x * x + y * y + z * z), 1e-3);
-    std::remove(csv.c_str());
 }
 
 TEST(Run, CsvNamesTheFlags) {
@@ -143,7 +141,6 @@ TEST(Run, CsvNamesTheFlags) {
     const CsvTable poses(read_file(csv));
     EXPECT_EQ(poses.number(poses.rows() - 1, "flags"), 0x1008);
     EXPECT_EQ(poses.text(poses.rows() - 1, "flag_names"), "distorted uncertain");
-    std::remove(csv.c_str());
 }
 
 /// The summary goes to standard error.
@@ -162,8 +159,6 @@ TEST(Run, AMinusIsStandardOutput) {
     EXPECT_EQ(tricoil("replay " + take + " --out -").out, read_file(take + "/poses.csv"));
     EXPECT_EQ(tricoil("convert " + take + " --out -").out, tricoil("convert " + take).out);
     EXPECT_FALSE(std::filesystem::exists("-"));
-    std::filesystem::remove_all(take);
-    std::remove(csv.c_str());
 }
 
 /// The poses of the recording of the same run, whose attitudes and deviations are rounded, with a time in UTC.
@@ -183,7 +178,6 @@ TEST(Run, JsonLinesGoToStandardOutput) {
     }
     EXPECT_GT(count, 230);
     EXPECT_EQ(std::count(piped.out.begin(), piped.out.end(), '\n'), count);
-    std::filesystem::remove_all(take);
 }
 
 TEST(Run, JsonLinesHaveTipsAndReferences) {
@@ -322,7 +316,6 @@ TEST(Run, CouplingsAreASuccessWithoutAValidPose) {
     EXPECT_EQ(couplings.exit_code, 0) << couplings.err;
     EXPECT_THAT(couplings.err, HasSubstr("no valid pose"));
     EXPECT_EQ(CsvTable(read_file(file)).rows(), 1U);
-    std::filesystem::remove(file);
 }
 
 TEST(Run, CouplingsWithoutAPoseAreAnErrorWithoutAFile) {

@@ -4,21 +4,20 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <string>
 
 #include "tests/device/program.hpp"
+#include "tests/support/temporary_path.hpp"
 
 namespace tricoil::test {
 
 class ProgramFolder : public ::testing::Test {
 protected:
     void SetUp() override {
-        std::string name = ::testing::TempDir() + "tricoil-test-XXXXXX";
+        std::string name = path_in_temp("XXXXXX");
         ASSERT_NE(::mkdtemp(name.data()), nullptr);
         folder = name + "/";
     }
-    void TearDown() override { std::filesystem::remove_all(folder); }
 
     [[nodiscard]] std::string in(const std::string& file) const { return folder + file; }
 

@@ -16,6 +16,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/whole_file.hpp"
+#include "tests/support/temporary_path.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -58,11 +59,10 @@ void expect_refused(const std::string& arguments, const std::string& names, cons
 class Folder : public testing::Test {
 protected:
     void SetUp() override {
-        path_ = fs::temp_directory_path() / ("tricoil_figures_test_" + std::to_string(::getpid()));
+        path_ = test::path_in_temp("figures");
         fs::remove_all(path_);
         fs::create_directory(path_);
     }
-    void TearDown() override { fs::remove_all(path_); }
     [[nodiscard]] std::ptrdiff_t entries() const { return std::distance(fs::directory_iterator(path_), {}); }
     fs::path path_;
 };

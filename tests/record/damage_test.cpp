@@ -143,7 +143,6 @@ TEST_F(Damage, OlderRecordingsWithACalibrationAreReplayed) {
     EXPECT_TRUE(replayed.json()["bit_for_bit"]);
     describe([](auto& d) { d["trackers"]["calibration"]["phase_rad"] = {0.01, -0.02}; });
     expect_refused("trackers.calibration.phase_rad: has a wrong type or value");
-    fs::remove(coils);
 }
 
 /// The device's clock starts again, at times that it had before; all quadratures of the second part are 0.001.
@@ -175,7 +174,6 @@ TEST_F(Damage, RestsAfterARestartHaveTheirOwnQuadratures) {
         EXPECT_EQ(line.find(",0.001,0.001,0.001,0.001,0.001,0.001,0.001,0.001,0.001,") != std::string::npos, is_second) << line;
     }
     EXPECT_FALSE(std::getline(lines, line));
-    fs::remove(rests);
 }
 
 /// Recordings without gain steps and levels.
@@ -222,7 +220,6 @@ TEST_F(Damage, RestsHaveTheLevelsOfTheirColumns) {
         ASSERT_EQ(tricoil("convert " + folder_ + " --to rests --out " + rests).exit_code, 0);
         EXPECT_THAT(read_file(rests),
                     HasSubstr(gain_changes ? ",0,0,0,0,0,0,0,0,0,0\n" : ",0.25,0.25,0.25,0.5,0.5,0.5,0.125,0.125,0.125,7\n"));
-        fs::remove(rests);
     }
 }
 

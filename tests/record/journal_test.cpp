@@ -54,7 +54,6 @@ TEST(Journal, WaitsForTheDiskIfAllowed) {
     }
     EXPECT_EQ(journal.close()[0].lines, 150U);
     EXPECT_FALSE(journal.failed());
-    std::filesystem::remove(path);
 }
 
 }  // namespace

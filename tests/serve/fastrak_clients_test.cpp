@@ -64,7 +64,6 @@ public:
     ~Digitiser() {
         close(line_);
         close(button_);
-        unlink(pipe_.c_str());
     }
     Digitiser(const Digitiser&) = delete;
     Digitiser& operator=(const Digitiser&) = delete;

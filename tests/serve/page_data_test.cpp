@@ -89,7 +89,6 @@ protected:
         fs::remove_all(folder_);
         fs::create_directories(folder_);
     }
-    void TearDown() override { fs::remove_all(folder_); }
 
     void record(const std::string& name, int poses) {
         host::Recorder recorder(folder_ + "/" + name, {{"kind", "test"}}, host::Journal::WhenFull::wait);

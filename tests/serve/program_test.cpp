@@ -111,7 +111,6 @@ TEST(ServeProgram, ASerialPortWorksAgainAfterItWasUnplugged) {
     const int second = plug_in();
     EXPECT_TRUE(has_record(second));
     close(second);
-    std::filesystem::remove(port);
 }
 
 TEST(ServeProgram, AHostNameIsNotTakenForLoopback) {

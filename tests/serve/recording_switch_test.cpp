@@ -40,7 +40,6 @@ protected:
         fs::remove_all(folder_);
         fs::create_directories(folder_);
     }
-    void TearDown() override { fs::remove_all(folder_); }
 
     /// Sends poses until `until` is true, at most for ten seconds.
     template <typename Condition>

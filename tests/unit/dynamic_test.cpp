@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <random>
 
@@ -167,7 +166,6 @@ TEST(Dynamic, UnrelatedStreamsAreRefused) {
 class StreamFile : public ::testing::Test {
 protected:
     void write(const std::string& text) const { std::ofstream(path_) << text; }
-    void TearDown() override { std::remove(path_.c_str()); }
 
     static std::string lines(int count, int bad, const std::string& replacement) {
         std::string text = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n";

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 
 #include "tests/cli/cli_runner.hpp"
@@ -77,7 +76,7 @@ TEST(Program, ImagesAreNamedByTheirFile) {
 }
 
 TEST(Program, ImagesThatDoNotFitTheChipAreRefused) {
-    const std::string path = ::testing::TempDir() + "tricoil-large.bin";
+    const std::string path = test::path_in_temp("large.bin");
     std::ofstream(path, std::ios::binary) << std::string(600 * 1024, 'x');
     const test::CliResult large = test::tricoil(path);
     EXPECT_EQ(large.exit_code, 2);
@@ -86,7 +85,6 @@ TEST(Program, ImagesThatDoNotFitTheChipAreRefused) {
     const test::CliResult other = test::tricoil(path);
     EXPECT_EQ(other.exit_code, 2);
     EXPECT_THAT(other.err, HasSubstr("does not begin with a vector table"));
-    std::remove(path.c_str());
 }
 
 TEST(Program, ListsEveryRegister) {
