@@ -125,13 +125,16 @@ TEST_F(Lines, AreOffAfterSigtermAndTheEnableDropsAfterSigkill) {
 }
 
 TEST_F(Lines, AreOffAfterEveryEndOfTheOutput) {
-    const auto ends = [&](const std::string& command, int signal_after_ms, const std::string& what) {
+    const auto ends = [&](const std::string& command, bool by_signal, const std::string& what) {
         const test::GpioTrace trace;
         Program peer(front_end(watched() + kPatientEnable + "--duration 60"));
         Program tracker(command);
-        if (signal_after_ms > 0) {
-            test::pause_ms(signal_after_ms);
+        if (by_signal) {
+            EXPECT_TRUE(test::eventually([&] { return trace.changes().size() > 100; })) << what;
+            test::pause_ms(3000);
             test::shell("pkill -TERM -x tricoil");
+            test::pause_ms(1000);
+            test::shell("pkill -x sleep");
         }
         tracker.wait();
         EXPECT_TRUE(test::eventually([] { return std::system("pgrep -x tricoil >/dev/null") != 0; })) << what;
@@ -142,9 +145,10 @@ TEST_F(Lines, AreOffAfterEveryEndOfTheOutput) {
         peer.wait();
     };
     const std::string run = kTricoil + " run --json " + config();
-    ends("sh -c '" + run + "2>/dev/null | head -n 200 >/dev/null'", 0, "a reader that goes away");
-    ends("sh -c '" + run + "2>/dev/null | sleep 6'", 3000, "a reader that does not read, and SIGTERM");
-    ends("sh -c 'ulimit -f 40; " + run + "--duration 2 --out /run/poses.csv >/dev/null 2>&1'", 0, "a file that grows too long");
+    ends("sh -c '" + run + "2>/dev/null | head -n 200 >/dev/null'", false, "a reader that goes away");
+    ends("sh -c '" + run + "2>/dev/null | sleep 600'", true, "a reader that does not read, and SIGTERM");
+    ends("sh -c 'ulimit -f 40; " + run + "--duration 2 --out /run/poses.csv >/dev/null 2>&1'", false,
+         "a file that grows too long");
 }
 
 TEST_F(Lines, BusyLineExitsWith3) {
