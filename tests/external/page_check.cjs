@@ -31,7 +31,7 @@ async function openPage(browser, html, {
   };
 }
 
-/// Share of the pixels of the scene that differ between two pictures of it.
+/// Number of pixels that differ between two pictures of the scene.
 async function changedPixels(page, before, after) {
   return page.evaluate(async pictures => {
     const [a, b] = await Promise.all(pictures.map(async data => {
