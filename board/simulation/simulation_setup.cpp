@@ -26,6 +26,10 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
         scenario.name = options.trajectory;
         // The path ends in full motion: a prediction beyond its end has no truth.
         scenario.duration_s = motion->duration_s() - to_seconds(prediction_of_option(options.tracker, options.predict_ahead_s));
+        if (scenario.duration_s <= 0) {
+            throw InputError(fmt::format("--predict {}: the path in '{}' takes only {} s; give a smaller time or a longer path",
+                                         options.predict_ahead_s, options.trajectory, motion->duration_s()));
+        }
         scenario.motion = std::move(motion);
     } else if (options.speed != 1 || options.place_m != SimulationOptions{}.place_m) {
         throw InputError("--speed and --place: no recorded path to play; add --trajectory FILE");

@@ -184,6 +184,12 @@ TEST(Usage, UnusableFilesAreNamed) {
     expect_usage_error("run --trajectory /tmp", "folder");
     expect_usage_error("run --trajectory " + write_file("short.traj", "1 0 0 0\n"), "short.traj:1");
     expect_usage_error("run --trajectory " + write_file("empty.traj", ""), "is empty");
+    std::string path;
+    for (int pose = 0; pose < 8; ++pose) {
+        path += "1 0 0 0.5" + std::to_string(pose) + "\n0 1 0 0\n0 0 1 0\n0 0 0 1\n\n";
+    }
+    expect_usage_error("run --tracker scaat --predict 0.1 --speed 2 --trajectory " + write_file("brief.traj", path),
+                       "--predict 0.1: the path in '");
     expect_usage_error("run --scenario " + write_file("bad.toml", "duration_s = true\n"), "bad.toml:1");
     expect_usage_error("run --out /no/such/folder/x.csv", "/no/such/folder/x.csv");
     expect_usage_error("run --out ''", "--out");
