@@ -312,7 +312,9 @@ int run_device(const DeviceRunOptions& options) {
     if (unread) {
         return kSignalled + SIGPIPE;
     }
-    if (options.json) {
+    if (json && !json->takes_more()) {
+        error = error.empty() ? "standard output: the summary was not printed, because its reader does not read" : error;
+    } else if (json) {
         host::print_text("{}\n", closing.dump());
     } else {
         host::print_text(text_of(closing));

@@ -112,11 +112,18 @@ std::string LinePump::close() {
     if (error_ != 0) {
         return fmt::format("{}: poses could not be written completely ({}); is the disk full?", name_, std::strerror(error_));
     }
-    if (dropped_ > 0 || size_ > 0) {
-        return fmt::format("{}: {} poses were dropped, because its reader is too slow", name_,
-                           std::max<std::uint64_t>(dropped_, 1));
+    for (; size_ > 0; --size_) {
+        dropped_ += ring_[(begin_ + size_ - 1) % ring_.size()] == '\n' ? 1 : 0;
+    }
+    if (dropped_ > 0) {
+        return fmt::format("{}: {} poses were dropped, because its reader is too slow", name_, dropped_);
     }
     return "";
+}
+
+bool LinePump::takes_more() const {
+    pollfd ready{descriptor_, POLLOUT, 0};
+    return ::poll(&ready, 1, static_cast<int>(std::chrono::milliseconds(kCloseTimeout).count())) > 0;
 }
 
 }  // namespace tricoil::linux_board

@@ -39,6 +39,10 @@ public:
     /// Writes the queued lines, for at most two seconds. Returns one line with the lost lines and the reason; empty if none.
     std::string close();
 
+    /// For text after the last line: waits until the reader takes a page of it, for at most two seconds. Returns false if it does
+    /// not.
+    [[nodiscard]] bool takes_more() const;
+
 private:
     static constexpr std::size_t kCapacity = std::size_t{1} << 20U;  // several seconds of poses
 

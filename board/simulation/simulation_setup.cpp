@@ -26,10 +26,6 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
         scenario.name = options.trajectory;
         // The path ends in full motion: a prediction beyond its end has no truth.
         scenario.duration_s = motion->duration_s() - to_seconds(prediction_of_option(options.tracker, options.predict_ahead_s));
-        if (scenario.duration_s <= 0) {
-            throw InputError(fmt::format("--predict {}: the path in '{}' takes only {} s; give a smaller time or a longer path",
-                                         options.predict_ahead_s, options.trajectory, motion->duration_s()));
-        }
         scenario.motion = std::move(motion);
     } else if (options.speed != 1 || options.place_m != SimulationOptions{}.place_m) {
         throw InputError("--speed and --place: no recorded path to play; add --trajectory FILE");
@@ -96,13 +92,22 @@ tracking::MethodParams<double> make_method(const SimulationOptions& options, con
     return method;
 }
 
+void refuse_short(const SimulationOptions& options, double duration_s, double block_s) {
+    if (std::isfinite(duration_s) && duration_s >= block_s) {
+        return;
+    }
+    if (options.trajectory.empty() || options.duration_s) {
+        throw InputError("--duration must be a finite number of seconds, at least one block");
+    }
+    throw InputError(fmt::format("{}: the path leaves less than one block at --speed {} with --predict {}; give smaller values",
+                                 options.trajectory, options.speed, options.predict_ahead_s));
+}
+
 }  // namespace
 
 SimulationSetup make_simulation(const SimulationOptions& options) {
     SimulationSetup setup{make_scenario(options), make_plan(options)};
-    if (!std::isfinite(setup.scenario.duration_s) || setup.scenario.duration_s < setup.plan.block_s()) {
-        throw InputError("--duration must be a finite number of seconds, at least one block");
-    }
+    refuse_short(options, setup.scenario.duration_s, setup.plan.block_s());
     if (options.stations < 1 || options.stations > tracking::kMaxSensors) {
         throw InputError("--stations " + std::to_string(options.stations) + ": must be 1 to " +
                          std::to_string(tracking::kMaxSensors));

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <numbers>
 
@@ -16,12 +15,12 @@
 #include "core/solver/direct.hpp"
 #include "tests/bench/raab.hpp"
 #include "tests/support/recordings.hpp"
+#include "tests/support/temporary_path.hpp"
 #include "tests/support/triads/data_set.hpp"
 
 namespace {
 
 using namespace tricoil;
-namespace fs = std::filesystem;
 
 std::vector<std::string> recorded(const std::string& suffix) {
     const std::string folder = test::recordings_folder("ilemt-concentric");
@@ -42,7 +41,7 @@ std::vector<std::string> generated(const std::string& suffix, std::uint64_t seed
     stage.seed = seed;
     std::vector<std::string> paths;
     for (int fixture = 0; fixture < 3; ++fixture) {
-        paths.push_back((fs::temp_directory_path() / sim::ilemt_name(fixture, "tricoil_bench_" + suffix)).string());
+        paths.push_back(test::path_in_temp(sim::ilemt_name(fixture, suffix)));
         std::ofstream(paths.back()) << sim::ilemt_text(triads, stage, fixture);
     }
     return paths;

@@ -28,7 +28,7 @@ inline std::string read_file(const std::string& path) {
     return text.str();
 }
 
-/// Writes a file into the test's folder; returns its path.
+/// Writes a file into the folder of this process; returns its path.
 inline std::string write_file(const std::string& name, const std::string& content) {
     const std::string path = path_in_temp(name);
     std::ofstream(path, std::ios::binary) << content;

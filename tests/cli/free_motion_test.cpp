@@ -20,7 +20,7 @@ protected:
     static void SetUpTestSuite() {
         ASSERT_EQ(tricoil("run --duration 2 --fidelity columns --couplings " + kMotion).exit_code, 0);
     }
-    ~FreeMotion() override {
+    void SetUp() override {
         fs::remove(kOut);
         fs::remove(kBlob);
     }

@@ -67,7 +67,6 @@ TEST_F(Pointer, TipAppliesToTheCsv) {
         squares += std::pow((poses.number(row, "z_m") - 0) / poses.number(row, "std_z_m"), 2);
     }
     EXPECT_NEAR(squares / static_cast<double>(poses.rows() - 100), 1, 0.3);
-    fs::remove(out);
 }
 
 TEST_F(Pointer, CovarianceOfTheTipIsAdded) {
@@ -78,7 +77,6 @@ TEST_F(Pointer, CovarianceOfTheTipIsAdded) {
     ASSERT_EQ(tricoil("run --scenario pointer --duration 1 --tip " + wide + " --out " + out).exit_code, 0);
     const CsvTable poses(read_file(out));
     EXPECT_NEAR(poses.number(poses.rows() - 1, "std_y_m"), 0.01, 1e-4);
-    fs::remove(out);
 }
 
 TEST_F(Pointer, MotionThatDoesNotDetermineTheTipIsRefused) {

@@ -13,6 +13,7 @@ using ::testing::HasSubstr;
 
 TEST(Smooth, WritesPosesWithCovarianceAndRates) {
     const std::string take = path_in_temp("smooth_take");
+    std::filesystem::remove_all(take);
     const std::string out = path_in_temp("smooth.csv");
     ASSERT_EQ(tricoil("run --mux tdm --tracker direct --duration 2 --record " + take).exit_code, 0);
     const auto result = tricoil("smooth --json " + take + " --out " + out);
@@ -35,6 +36,7 @@ TEST(Smooth, RunPrintsBoth) {
 
 TEST(Smooth, BadInputIsRefusedInOneLine) {
     const std::string take = path_in_temp("smooth_short");
+    std::filesystem::remove_all(take);
     ASSERT_EQ(tricoil("run --duration 0.005 --record " + take).exit_code, 0);
     const std::string out = path_in_temp("never.csv");
     for (const auto& [options, message] :

@@ -188,8 +188,11 @@ TEST(Usage, UnusableFilesAreNamed) {
     for (int pose = 0; pose < 8; ++pose) {
         path += "1 0 0 0.5" + std::to_string(pose) + "\n0 1 0 0\n0 0 1 0\n0 0 0 1\n\n";
     }
-    expect_usage_error("run --tracker scaat --predict 0.1 --speed 2 --trajectory " + write_file("brief.traj", path),
-                       "--predict 0.1: the path in '");
+    for (const char* predict : {"0.068", "0.1"}) {  // of 0.07 s
+        expect_usage_error(
+            std::string("run --tracker scaat --predict ") + predict + " --trajectory " + write_file("brief.traj", path),
+            "brief.traj: the path leaves less than one block at --speed 1 with --predict");
+    }
     expect_usage_error("run --scenario " + write_file("bad.toml", "duration_s = true\n"), "bad.toml:1");
     expect_usage_error("run --out /no/such/folder/x.csv", "/no/such/folder/x.csv");
     expect_usage_error("run --out ''", "--out");

@@ -272,7 +272,7 @@ TEST_F(Device, AWatcherDoesNotKeepTheCoilsOn) {
     Program tracker(tricoil("--device can:vcan0"));
     ASSERT_TRUE(test::eventually([] { return test::lines(test::read_text("/run/poses.csv")).size() > 100; })) << complaints();
     Program watcher(kTricoil + " device watch can:vcan0 > /run/watch.txt");
-    ASSERT_TRUE(test::eventually([] { return !test::read_text("/run/watch.txt").empty(); }));
+    ASSERT_TRUE(test::eventually([] { return !test::read_text("/run/watch.txt").empty(); })) << complaints();
     tracker.send(SIGKILL);
     tracker.wait();
     test::pause_ms(1000);

@@ -133,7 +133,7 @@ TEST_F(Lines, AreOffAfterEveryEndOfTheOutput) {
             EXPECT_TRUE(test::eventually([&] { return trace.changes().size() > 100; })) << what;
             test::pause_ms(3000);
             test::shell("pkill -TERM -x tricoil");
-            test::pause_ms(1000);
+            EXPECT_TRUE(test::eventually([] { return std::system("pgrep -x tricoil >/dev/null") != 0; })) << what;
             test::shell("pkill -x sleep");
         }
         tracker.wait();

@@ -1,5 +1,10 @@
 // The program with the simulated front end on a pseudo terminal: tracking, and all commands of `tricoil device` and `tricoil
 // selfcheck --device`. Needs no test kernel.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "drivers/posix/file_descriptor.hpp"
 #include "tests/device/pty_fixture.hpp"
 
 namespace tricoil::test {
@@ -32,6 +37,23 @@ TEST_F(Pty, JsonLinesHoldPosesAlone) {
         EXPECT_TRUE(json::parse(row).contains("utc_s"));
     }
     EXPECT_GT(table(in("poses.csv")).rows(), 100U);
+}
+
+TEST_F(Pty, AReaderThatDoesNotReadDoesNotKeepTheProgram) {
+    plug_in("--duration 20");
+    const std::string pipe = in("pipe");
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    const drivers::FileDescriptor reader(::open(pipe.c_str(), O_RDWR | O_CLOEXEC));
+    const std::string page(static_cast<std::size_t>(::fcntl(reader.get(), F_SETPIPE_SZ, 4096)), 'x');
+    ASSERT_EQ(::write(reader.get(), page.data(), page.size()), static_cast<ssize_t>(page.size()));
+    Program program(std::string(TRICOIL_PROGRAM) + " run --json --device " + device + " --duration 1 >" + pipe + " 2>" +
+                    in("err"));
+    EXPECT_EQ(program.wait(), 3);
+    const std::string message = read_text(in("err"));
+    const std::string start = "tricoil: standard output: ";
+    ASSERT_TRUE(message.starts_with(start)) << message;
+    EXPECT_GT(std::stoi(message.substr(start.size())), 400) << message;
+    EXPECT_THAT(message, ::testing::EndsWith(" poses were dropped, because its reader is too slow\n"));
 }
 
 TEST_F(Pty, TracksBitForBitWithoutLoss) {

@@ -40,13 +40,14 @@ inline void pause_ms(int ms) { std::this_thread::sleep_for(std::chrono::millisec
 /// Waits until `done`, at most 20 s, which is long enough on a busy machine.
 template <typename Done>
 bool eventually(Done done) {
-    for (int i = 0; i < 4000; ++i) {
-        if (done()) {
-            return true;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (!done()) {
+        if (std::chrono::steady_clock::now() > end) {
+            return false;
         }
         pause_ms(5);
     }
-    return false;
+    return true;
 }
 
 }  // namespace tricoil::test

@@ -61,6 +61,7 @@ TEST(ServeProgram, RefusesInvalidOutputs) {
 
 TEST(ServeProgram, APseudoTerminalOutlivesItsClients) {
     const std::string link = path_in_temp("fastrak_link");
+    std::filesystem::remove(link);
     std::filesystem::create_symlink("/dev/pts/99999", link);  // link of a program that was killed
     Serving serving({"--fastrak", "pty:" + link, "--scenario", "still"});
     for (int client = 0; client < 3; ++client) {

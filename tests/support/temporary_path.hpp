@@ -1,10 +1,10 @@
-// Temporary paths of a test. They lie in one folder per process, because tests run in parallel; it is removed when the process
-// ends.
+// Temporary paths of tests: one folder per process, because tests run in parallel. It is removed at normal exit.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -13,7 +13,11 @@ namespace tricoil::test {
 
 class ProcessFolder {
 public:
-    ProcessFolder() { std::filesystem::create_directories(path_); }
+    ProcessFolder() {
+        if (::mkdtemp(path_.data()) == nullptr) {
+            throw std::system_error(errno, std::generic_category(), path_);
+        }
+    }
     ProcessFolder(const ProcessFolder&) = delete;
     ProcessFolder& operator=(const ProcessFolder&) = delete;
     /// A forked child leaves the folder to its parent.
@@ -28,12 +32,12 @@ public:
 
 private:
     pid_t owner_ = ::getpid();
-    std::string path_ = ::testing::TempDir() + "tricoil_" + std::to_string(owner_) + "/";
+    std::string path_ = std::filesystem::temp_directory_path() / "tricoil_XXXXXX";
 };
 
 inline std::string path_in_temp(const std::string& name) {
     static const ProcessFolder folder;
-    return folder.path() + name;
+    return folder.path() + "/" + name;
 }
 
 }  // namespace tricoil::test
