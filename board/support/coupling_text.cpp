@@ -13,7 +13,7 @@ namespace tricoil::host {
 
 std::string matrix_text(const Mat3<double>& matrix) {
     std::string text;
-    for (Eigen::Index k = 0; k < matrix.size(); ++k) {
+    for (Index k = 0; k < matrix.size(); ++k) {
         text += fmt::format("{}{:.10g}", k > 0 ? "," : "", matrix(k / 3, k % 3));
     }
     return text;
@@ -24,7 +24,7 @@ namespace {
 Mat3<double> parse_matrix(std::span<const std::string_view> fields, const TextPlace& place) {
     Mat3<double> matrix;
     for (std::size_t k = 0; k < fields.size(); ++k) {
-        matrix(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) = parse_number(fields[k], place);
+        matrix(static_cast<Index>(k / 3), static_cast<Index>(k % 3)) = parse_number(fields[k], place);
     }
     return matrix;
 }

@@ -48,7 +48,7 @@ ToolTip parse_tip(const std::string& text) {
         refuse(text);
     }
     for (std::size_t i = 0; i < 3; ++i) {
-        tip.tip_m(static_cast<Eigen::Index>(i)) = parse_all<double>(fields[i], text);
+        tip.tip_m(static_cast<Index>(i)) = parse_all<double>(fields[i], text);
     }
     if (tip.sensor >= tracking::kMaxSensors) {
         throw InputError(fmt::format("--tip {}: the sensor must be 0 to {}", text, tracking::kMaxSensors - 1));

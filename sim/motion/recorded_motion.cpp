@@ -53,9 +53,9 @@ RecordedMotion::RecordedMotion(const std::vector<Pose>& recording, const Recorde
     }
     const Spline rough = fit_distinct(recording, params.sample_rate_hz);
     const auto count = static_cast<std::size_t>((rough.end_s() - rough.begin_s()) * params.sample_rate_hz) + 1;
-    Eigen::MatrixXd samples(static_cast<Eigen::Index>(count), kDimension);
+    Eigen::MatrixXd samples(static_cast<Index>(count), kDimension);
     for (std::size_t i = 0; i < count; ++i) {
-        samples.row(static_cast<Eigen::Index>(i)) = rough.at(rough.begin_s() + static_cast<double>(i) / params.sample_rate_hz);
+        samples.row(static_cast<Index>(i)) = rough.at(rough.begin_s() + static_cast<double>(i) / params.sample_rate_hz);
     }
     Eigen::MatrixXd smooth = zero_phase_low_pass(samples, params.cutoff_hz / params.sample_rate_hz);
     const Eigen::RowVector3d shift = params.place_m.transpose() - smooth.leftCols<3>().colwise().mean();
@@ -65,7 +65,7 @@ RecordedMotion::RecordedMotion(const std::vector<Pose>& recording, const Recorde
     Spline::Points points(count);
     for (std::size_t i = 0; i < count; ++i) {
         times[i] = static_cast<double>(i) / params.sample_rate_hz;
-        points[i] = smooth.row(static_cast<Eigen::Index>(i)).transpose();
+        points[i] = smooth.row(static_cast<Index>(i)).transpose();
     }
     spline_ = Spline(std::move(times), std::move(points));
 }

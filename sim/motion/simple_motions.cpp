@@ -56,7 +56,7 @@ Pose GridMotion::do_at(double time_s) const {
     Vec3<double> steps;  // from the centre
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const int nodes = params_.nodes[axis];
-        steps(static_cast<Eigen::Index>(axis)) = node % nodes - 0.5 * (nodes - 1);
+        steps(static_cast<Index>(axis)) = node % nodes - 0.5 * (nodes - 1);
         node /= nodes;
     }
     return {params_.centre_m + params_.spacing_m.cwiseProduct(steps), attitudes_[pose]};

@@ -113,13 +113,13 @@ std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& pa
 }
 
 TdmReport summarise(const std::vector<TdmPose>& poses) {
-    const auto n = static_cast<Eigen::Index>(poses.size());
+    const auto n = static_cast<Index>(poses.size());
     struct Series {
         Eigen::Array3Xd position, rotation;
     };
     const auto collect = [&](error_model::PoseError<double> TdmPose::*which) {
         Series series{Eigen::Array3Xd(3, n), Eigen::Array3Xd(3, n)};
-        for (Eigen::Index i = 0; i < n; ++i) {
+        for (Index i = 0; i < n; ++i) {
             const auto& error = poses[static_cast<std::size_t>(i)].*which;
             series.position.col(i) = error.head<3>().array();
             series.rotation.col(i) = error.tail<3>().array();

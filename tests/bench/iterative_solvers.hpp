@@ -3,7 +3,7 @@
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::bench {
 

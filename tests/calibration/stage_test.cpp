@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/calibration/blob.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/support/triads/data_set.hpp"
 

@@ -14,7 +14,7 @@
 #include <sstream>
 
 #include "board/support/text_table.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "tests/cli/cli_runner.hpp"
 
 namespace tricoil::test {

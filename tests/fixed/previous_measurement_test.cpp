@@ -12,7 +12,7 @@ namespace {
 template <typename Derived>
 auto units(const Eigen::MatrixBase<Derived>& m) {
     Eigen::Matrix<Unit, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime> result;
-    for (Eigen::Index i = 0; i < m.size(); ++i) {
+    for (Index i = 0; i < m.size(); ++i) {
         result(i) = Unit::from(m(i));
     }
     return result;
@@ -107,7 +107,7 @@ TEST(FixedPreviousMeasurement, SurvivesArbitraryInput) {
     for (int n = 0; n < 50'000; ++n) {
         BlockMatrix x;
         VectorPose pose = as_fixed({1, poses.direction(), geometry::attitude_matrix(poses.attitude())});
-        for (Eigen::Index i = 0; i < 9; ++i) {
+        for (Index i = 0; i < 9; ++i) {
             x.mantissa(i) = any();
         }
         if (n % 2 == 0) {

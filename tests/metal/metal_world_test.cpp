@@ -62,7 +62,7 @@ ComplexMat3 expected(const Sphere& sphere, const Vec3<double>& place, const Mate
     const Mat3<double> clean = half_c * o * dipole(kPose.position_m);
     const Mat3<double> added = half_c * o * dipole(kPose.position_m - place) * dipole(place);
     ComplexMat3 x = clean.cast<Complex>();
-    for (Eigen::Index j = 0; j < 3; ++j) {
+    for (Index j = 0; j < 3; ++j) {
         const double hz = plan.params.carrier_hz[static_cast<std::size_t>(j)];
         x.col(j) += sphere_polarisability(sphere, material, hz) * added.col(j).cast<Complex>();
     }

@@ -53,7 +53,7 @@ TEST(MetalSphere, CouplingsNearTheSphereEqualTheTable) {
         const Material material{row.conductivity, row.permeability, row.permeability};
         const ComplexMat3 field = added_field(Sphere{0.04}, material, row.hz, kNearSource, kNearSensor);
         ComplexMat3 expected;
-        for (Eigen::Index i = 0; i < 9; ++i) {
+        for (Index i = 0; i < 9; ++i) {
             expected(i / 3, i % 3) = row.values[static_cast<std::size_t>(i)];
         }
         EXPECT_LT((field - expected).norm(), 1e-7 * expected.norm()) << field << "\n\n" << expected;

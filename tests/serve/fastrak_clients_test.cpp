@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "core/base/angle_units.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "drivers/posix/raw_terminal.hpp"
 #include "tests/serve/fastrak_client.hpp"
 #include "tests/serve/serving.hpp"

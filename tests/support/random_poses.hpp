@@ -7,7 +7,7 @@
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::test {
 
@@ -36,7 +36,7 @@ public:
 
     Mat3<double> gaussian_matrix() {
         Mat3<double> m;
-        for (Eigen::Index i = 0; i < 9; ++i) {
+        for (Index i = 0; i < 9; ++i) {
             m(i) = gaussian();
         }
         return m;

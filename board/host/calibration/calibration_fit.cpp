@@ -111,7 +111,7 @@ private:
 
     static void set_translation(RigidBlock& block, const Vec3<double>& translation_m) {
         for (std::size_t k = 0; k < 3; ++k) {
-            block[k] = translation_m(static_cast<Eigen::Index>(k)) / kLengthUnit_m;
+            block[k] = translation_m(static_cast<Index>(k)) / kLengthUnit_m;
         }
     }
 

@@ -32,7 +32,7 @@ struct Trial {
 };
 
 Trial fit_at(const field::GeneralDipole<double>& coils, const std::vector<LinearisedPose>& poses, const Vec3<double>& place_m) {
-    const Eigen::Index shared = poses.front().nuisance.cols();
+    const Index shared = poses.front().nuisance.cols();
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(kPolarisability + shared, kPolarisability + shared);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(kPolarisability + shared);
     Eigen::Matrix<double, 9, Eigen::Dynamic> jacobian(9, kPolarisability + shared);

@@ -138,7 +138,7 @@ void fit_output_correction(CalibrationFile& calibration, const std::vector<Evalu
     Eigen::MatrixXd features(errors.size(), 4);
     Eigen::MatrixXd wanted(errors.size(), 3);
     for (std::size_t i = 0; i < errors.size(); ++i) {
-        const auto row = static_cast<Eigen::Index>(i);
+        const auto row = static_cast<Index>(i);
         const double weight = sizes[i] < limit && errors[i].converged ? 1 : 0;
         const Vec3<double> measured = errors[i].truth_m + errors[i].error_m;
         features.row(row) << weight * measured.transpose(), weight;
@@ -153,22 +153,22 @@ namespace {
 
 /// One Gauss-Newton step that changes the transforms of all fixtures, and a free scale, so that the pose errors decrease.
 void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<EvaluatedPose>& errors) {
-    std::map<std::string, Eigen::Index> column;
+    std::map<std::string, Index> column;
     for (const PoseFile& file : files) {
-        column.try_emplace("source " + source_fixture_name(file), 6 * static_cast<Eigen::Index>(column.size()));
-        column.try_emplace("mount " + sensor_fixture_name(file), 6 * static_cast<Eigen::Index>(column.size()));
+        column.try_emplace("source " + source_fixture_name(file), 6 * static_cast<Index>(column.size()));
+        column.try_emplace("mount " + sensor_fixture_name(file), 6 * static_cast<Index>(column.size()));
     }
-    const auto scale = 6 * static_cast<Eigen::Index>(column.size());  // last column
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(errors.size()), scale + 1);
+    const auto scale = 6 * static_cast<Index>(column.size());  // last column
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(6 * static_cast<Index>(errors.size()), scale + 1);
     Eigen::VectorXd residual(jacobian.rows());
     constexpr double kLever_m = 0.1;
     std::size_t at = 0;
     for (std::size_t f = 0; f < files.size(); ++f) {
         const Rigid& source = c.source_stage.at(source_fixture_name(files[f]));
-        const Eigen::Index s = column.at("source " + source_fixture_name(files[f]));
-        const Eigen::Index m = column.at("mount " + sensor_fixture_name(files[f]));
+        const Index s = column.at("source " + source_fixture_name(files[f]));
+        const Index m = column.at("mount " + sensor_fixture_name(files[f]));
         for (const MeasuredPose& pose : files[f].poses) {
-            const auto row = 6 * static_cast<Eigen::Index>(at);
+            const auto row = 6 * static_cast<Index>(at);
             const EvaluatedPose& e = errors[at++];
             const Mat3<double> turned = source.rotation * pose.stage_rotation;
             const Vec3<double> arm = e.truth_m - source.translation_m;

@@ -64,7 +64,7 @@ struct NodeResidual {
 double extent_of(const std::vector<GridFrame>& frames) {
     Eigen::Matrix3Xd nodes(3, frames.size());
     for (std::size_t k = 0; k < frames.size(); ++k) {
-        nodes.col(static_cast<Eigen::Index>(k)) = frames[k].node;
+        nodes.col(static_cast<Index>(k)) = frames[k].node;
     }
     nodes.colwise() -= nodes.rowwise().mean().eval();
     const Vec3<double> extent = singular_values(nodes);
@@ -154,8 +154,8 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
             throw InputError(frames[k].place + ": the couplings are left-handed or degenerate; correct the wiring");
         }
         const double side = s->direction.dot(hemisphere) < 0 ? -1 : 1;
-        nodes.col(static_cast<Eigen::Index>(k)) = spacing_m * frames[k].node;
-        positions.col(static_cast<Eigen::Index>(k)) = side * s->range_m * s->direction;
+        nodes.col(static_cast<Index>(k)) = spacing_m * frames[k].node;
+        positions.col(static_cast<Index>(k)) = side * s->range_m * s->direction;
     }
     const Similarity start = fit_similarity(nodes, positions);  // positions computed with C = 1
     const double c = 1 / std::pow(start.scale, 3);
@@ -165,7 +165,7 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
     p.sensor = {n(0, 0), n(1, 1), n(0, 1), n(0, 2), n(1, 2)};
     p.moment = {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)};
     for (std::size_t k = 0; k < 3; ++k) {
-        p.grid[k] = start.translation(static_cast<Eigen::Index>(k)) / start.scale / kLengthUnit_m;
+        p.grid[k] = start.translation(static_cast<Index>(k)) / start.scale / kLengthUnit_m;
     }
     for (const GridFrame& frame : frames) {
         p.pivot.resize(std::max(p.pivot.size(), frame.file + 1));

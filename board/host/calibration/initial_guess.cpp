@@ -48,7 +48,7 @@ void check_spread(const PoseList& list) {
     }
     Eigen::Matrix3Xd positions(3, list.size());
     for (std::size_t i = 0; i < list.size(); ++i) {
-        positions.col(static_cast<Eigen::Index>(i)) = list[i].first->stage_position_m;
+        positions.col(static_cast<Index>(i)) = list[i].first->stage_position_m;
     }
     positions.colwise() -= positions.rowwise().mean().eval();
     const Vec3<double> extent = singular_values(positions);
@@ -120,14 +120,14 @@ void align_hemispheres(std::vector<Solved>& solved) {
 
 /// G of p = G t + H_f vec(R) + c by least squares. p: position with C = 1; t, R: stage; H_f: 3 x 9 matrix of each file.
 Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
-    const auto n = static_cast<Eigen::Index>(solved.size());
-    Eigen::MatrixXd features = Eigen::MatrixXd::Zero(n, 4 + 9 * static_cast<Eigen::Index>(files));
+    const auto n = static_cast<Index>(solved.size());
+    Eigen::MatrixXd features = Eigen::MatrixXd::Zero(n, 4 + 9 * static_cast<Index>(files));
     Eigen::MatrixXd positions(n, 3);
-    for (Eigen::Index i = 0; i < n; ++i) {
+    for (Index i = 0; i < n; ++i) {
         const Solved& s = solved[static_cast<std::size_t>(i)];
         features.row(i).head<3>() = s.weight * s.pose->stage_position_m;
         features(i, 3) = s.weight;
-        features.row(i).segment<9>(4 + 9 * static_cast<Eigen::Index>(s.file)) = s.weight * s.pose->stage_rotation.reshaped();
+        features.row(i).segment<9>(4 + 9 * static_cast<Index>(s.file)) = s.weight * s.pose->stage_rotation.reshaped();
         positions.row(i) = s.weight * s.position_m;
     }
     const Eigen::MatrixXd solution = least_squares(features, positions);
@@ -136,21 +136,21 @@ Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
 
 /// c and the offset d of each file's mount from p / s - A t = A R d + c by least squares. s: scale; A: rotation of the stage.
 void fit_offsets(const std::vector<Solved>& solved, double scale, InitialGuess& guess) {
-    const auto n = static_cast<Eigen::Index>(solved.size());
-    const auto unknowns = 3 + 3 * static_cast<Eigen::Index>(guess.mount_sensor.size());
+    const auto n = static_cast<Index>(solved.size());
+    const auto unknowns = 3 + 3 * static_cast<Index>(guess.mount_sensor.size());
     Eigen::MatrixXd features = Eigen::MatrixXd::Zero(3 * n, unknowns);
     Eigen::VectorXd rest(3 * n);
     const Mat3<double>& a = guess.source_stage.rotation;
-    for (Eigen::Index i = 0; i < n; ++i) {
+    for (Index i = 0; i < n; ++i) {
         const Solved& s = solved[static_cast<std::size_t>(i)];
         features.block<3, 3>(3 * i, 0) = s.weight * Mat3<double>::Identity();
-        features.block<3, 3>(3 * i, 3 + 3 * static_cast<Eigen::Index>(s.file)) = s.weight * a * s.pose->stage_rotation;
+        features.block<3, 3>(3 * i, 3 + 3 * static_cast<Index>(s.file)) = s.weight * a * s.pose->stage_rotation;
         rest.segment<3>(3 * i) = s.weight * (s.position_m / scale - a * s.pose->stage_position_m);
     }
     const Eigen::VectorXd solution = least_squares(features, rest);
     guess.source_stage.translation_m = solution.head<3>();
     for (std::size_t f = 0; f < guess.mount_sensor.size(); ++f) {
-        guess.mount_sensor[f].translation_m = solution.segment<3>(3 + 3 * static_cast<Eigen::Index>(f));
+        guess.mount_sensor[f].translation_m = solution.segment<3>(3 + 3 * static_cast<Index>(f));
     }
 }
 

@@ -11,7 +11,7 @@
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 #include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {
@@ -72,7 +72,7 @@ Unknowns mean_gradient(const PivotPose& pose, const Vec3<double>& tip_m) {
     const SymmetricEigen eigen = eigen_of_symmetric(pose.covariance);
     const Mat6<double> root = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
     Unknowns mean = Unknowns::Zero();
-    for (Eigen::Index n = 0; n < 12; ++n) {
+    for (Index n = 0; n < 12; ++n) {
         const Vec6<double> error = (n < 6 ? 1 : -1) * root.col(n % 6);
         PivotPose wrong = pose;
         wrong.q_source_sensor = geometry::rotation_vector_to_quaternion<double>(error.tail<3>()) * pose.q_source_sensor;

@@ -16,7 +16,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 #include "core/signal/excitation.hpp"
 
 namespace tricoil::host {
@@ -78,8 +78,8 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const Text
     for (std::size_t i = 0; i < fields.size() - kStageFields; ++i) {
         const std::complex<double> coupling = parse_complex(fields[kStageFields + i], place);
         if (i < kCouplings) {
-            const auto row = static_cast<Eigen::Index>(i / 3);
-            const auto column = static_cast<Eigen::Index>(i % 3);
+            const auto row = static_cast<Index>(i / 3);
+            const auto column = static_cast<Index>(i % 3);
             pose.x(row, column) = coupling.real();
             (*pose.quadrature)(row, column) = coupling.imag();
         }

@@ -91,15 +91,15 @@ SurroundingsData data_on_grid(const CalibrationFile& coils, const std::vector<Gr
         if (!solution.ok() || !solution->right_handed) {
             throw InputError(frames[k].place + ": the couplings are left-handed or degenerate; correct the wiring");
         }
-        nodes.col(static_cast<Eigen::Index>(k)) = spacing_m * frames[k].node;
-        positions.col(static_cast<Eigen::Index>(k)) = solution->refinement.pose.position_m;
+        nodes.col(static_cast<Index>(k)) = spacing_m * frames[k].node;
+        positions.col(static_cast<Index>(k)) = solution->refinement.pose.position_m;
         attitudes.push_back(solution->refinement.pose.q_source_sensor.toRotationMatrix());
     }
     data.starts.frame = fit_similarity(nodes, positions).rotation;
     set_block(data.frame, positions.rowwise().mean() - data.starts.frame * nodes.rowwise().mean());
     for (std::size_t k = 0; k < frames.size(); ++k) {
         data.poses.push_back(
-            {nodes.col(static_cast<Eigen::Index>(k)), data.starts.frame.transpose() * attitudes[k], frames[k].x});
+            {nodes.col(static_cast<Index>(k)), data.starts.frame.transpose() * attitudes[k], frames[k].x});
     }
     return data;
 }

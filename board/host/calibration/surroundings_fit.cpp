@@ -220,7 +220,7 @@ private:
             std::array<double*, 4> jacobians{frame.data(), mount.data(), turn.data(), nullptr};
             const SurroundingsResidual cost(coils_, data_.poses[k], data_.starts, one.weight, dipoles());
             cost.Evaluate(blocks(k).data(), one.residual.data(), jacobians.data());
-            const Eigen::Index of_mount = data_.attitudes_known ? kRigid : 3;
+            const Index of_mount = data_.attitudes_known ? kRigid : 3;
             one.nuisance.resize(9, data_.fixtures_known ? 0 : kRigid + of_mount);
             if (!data_.fixtures_known) {
                 one.nuisance << frame, mount.leftCols(of_mount);

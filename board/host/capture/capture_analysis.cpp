@@ -116,7 +116,7 @@ std::vector<Eigen::Matrix3cd> rotate_to_real(const std::vector<BlockColumn>& col
                                              const std::array<double, kSensorCoils>& phases) {
     std::map<int, Eigen::Matrix3cd> matrices;
     for (const auto& [repeat, column] : columns) {
-        for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+        for (Index c = 0; c < kSensorCoils; ++c) {
             const std::complex<double> z(column.in_phase(c), column.quadrature(c));
             matrices[repeat](c, coil_index(column.state)) = z * std::polar(1.0, -phases[static_cast<std::size_t>(c)]);
         }

@@ -123,8 +123,8 @@ Bands bands_of(const std::vector<std::string>& recordings, const calibration::Ca
 
 void refuse_undetermined(const Mat3<double>& sigma) {
     constexpr double kLargestSigma = 1e-3;  // 0.3 mm at 0.75 m
-    Eigen::Index i = 0;
-    Eigen::Index j = 0;
+    Index i = 0;
+    Index j = 0;
     const double worst = sigma.maxCoeff(&i, &j);
     if (!(worst <= kLargestSigma)) {
         throw InputError(fmt::format(

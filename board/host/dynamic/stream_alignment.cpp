@@ -190,7 +190,7 @@ struct Residuals {
         for (std::size_t n = 0; n < samples->size(); ++n) {
             const TimedPose& p = tracker->poses()[(*samples)[n]];
             const TimedPose r = a.applied(*reference, p.time_s - a.lag_s).pose;
-            const auto at = static_cast<Eigen::Index>(6 * n);
+            const auto at = static_cast<Index>(6 * n);
             residuals.segment<3>(at) = p.position_m - r.position_m;
             residuals.segment<3>(at + 3) =
                 kMetresPerRadian * geometry::quaternion_to_rotation_vector<double>(p.q * r.q.conjugate());
@@ -215,7 +215,7 @@ void refuse_different_motions(const PoseStream& tracker, const std::vector<std::
     residuals(parameters, r.data());
     double left = 0;
     for (std::size_t n = 0; n < samples.size(); ++n) {
-        left += r.segment<3>(static_cast<Eigen::Index>(6 * n)).squaredNorm();
+        left += r.segment<3>(static_cast<Index>(6 * n)).squaredNorm();
     }
     if (!(left <= kLargestResidual * kLargestResidual * spread)) {
         throw InputError(fmt::format(

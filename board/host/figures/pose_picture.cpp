@@ -80,7 +80,7 @@ double tick_of(double range) {
 }
 
 /// The path in the plane of x and the axis `vertical` (1: y, 2: z).
-Panel path_panel(const PoseTable& table, const char* title, Eigen::Index vertical) {
+Panel path_panel(const PoseTable& table, const char* title, Index vertical) {
     const Eigen::AlignedBox3d box = box_of(table);
     const char axis = "xyz"[vertical];
     const std::string settings =

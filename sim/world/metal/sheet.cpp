@@ -25,7 +25,7 @@ Eigen::MatrixX3d cell_means(const PlateGrid& grid, const Vec3<double>& place_m, 
     const double x = grid.cell_x_m / (2 * std::numbers::sqrt3);
     const double y = grid.cell_y_m / (2 * std::numbers::sqrt3);
     Eigen::MatrixX3d means(grid.centres_m.rows(), 3);
-    for (Eigen::Index c = 0; c < means.rows(); ++c) {
+    for (Index c = 0; c < means.rows(); ++c) {
         const Vec3<double> r = Vec3<double>(grid.centres_m(c, 0), grid.centres_m(c, 1), 0) - place_m;
         means.row(c) = (function(r + Vec3<double>(x, y, 0)) + function(r + Vec3<double>(x, -y, 0)) +
                         function(r + Vec3<double>(-x, y, 0)) + function(r + Vec3<double>(-x, -y, 0))) /
