@@ -18,7 +18,7 @@ class CMakeBuild(build_ext):
     """Options of the preset `python`, in a build folder of this Python version. Without the live page, whose build needs npm."""
 
     def build_extension(self, ext):
-        options = ["--preset", "python", "-B", BUILD, f"-DPython3_EXECUTABLE={sys.executable}", "-DTRICOIL_WEB=OFF"]
+        options = ["--preset", "python", "-B", BUILD, f"-DPython3_EXECUTABLE={sys.executable}", "-DTRICOIL_WITH_WEB=OFF"]
         try:
             subprocess.run(["cmake", *options], cwd=ROOT, check=True)
             subprocess.run(["cmake", "--build", BUILD, "--target", "tricoil_python"], cwd=ROOT, check=True)
