@@ -9,7 +9,7 @@ set(TRICOIL_HOSTED_HEADERS <Eigen/Dense> <algorithm> <array> <chrono> <cmath> <c
 function(tricoil_precompile name)
   cmake_parse_arguments(ARG "" "" "LIBRARIES;HEADERS" ${ARGN})
   if(TRICOIL_PRECOMPILE AND NOT TARGET ${name})
-    file(WRITE ${CMAKE_BINARY_DIR}/${name}.cpp "")
+    file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/${name}.cpp CONTENT "")  # not written again, which would compile it again
     add_library(${name} STATIC ${CMAKE_BINARY_DIR}/${name}.cpp)
     target_compile_features(${name} PRIVATE cxx_std_20)
     target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} tricoil_options)
