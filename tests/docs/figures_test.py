@@ -86,19 +86,25 @@ def agrees(number, wanted):
     return abs(value(number) - wanted) <= 0.5 * 10 ** -decimals * (1 + 1e-9)
 
 
+def place_of(entry):
+    """Pattern of the entry's text in a page; {} stands for a number."""
+    return re.compile(r"\s+".join(re.escape(word) for word in entry["text"].split()).replace(r"\{\}", r"\d[\d,.]*"))
+
+
 def errors_of(entry, page, sources):
-    found = numbers(entry["text"])
-    if words(entry["text"]) not in words(read(page)):
+    place = place_of(entry).search(read(page))
+    if place is None:
         yield f"{page}: does not contain: {entry['text']}"
         return
     if "own" in entry:
         return
+    found = numbers(place[0])
     n = []
     if "says" in entry:
         if words(entry["says"]) not in words(read(entry["in"])):
             yield f"{page}: \"{entry['text']}\": {entry['in']} does not contain: {entry['says']}"
             return
-        n = [value(number) for number in re.findall(r"\d[\d,']*(?:\.\d+)?(?:e-?\d+)?", entry["says"]) for number in [number.replace("'", "").rstrip(",")]]
+        n = [value(number.replace("'", "").rstrip(",")) for number in re.findall(r"\d[\d,']*(?:\.\d+)?(?:e-?\d+)?", entry["says"])]
     if "derive" not in entry:
         missing = [number for number in found if value(number) not in n]
         if missing:
@@ -106,7 +112,7 @@ def errors_of(entry, page, sources):
         return
     wanted = [sources.evaluate(expression, n) for expression in entry["derive"]]
     if len(wanted) != len(found) or not all(map(agrees, found, wanted)):
-        yield f"{page}: \"{entry['text']}\": must be {', '.join(f'{figure:.6g}' for figure in wanted)}"
+        yield f"{page}: \"{entry['text']}\": has {', '.join(found)}, must have {', '.join(f'{figure:.6g}' for figure in wanted)}"
 
 
 def uncovered(page, entries):
@@ -114,8 +120,7 @@ def uncovered(page, entries):
     text = text_of(page)
     covered = [False] * len(text)
     for entry in entries:
-        pattern = r"\s+".join(re.escape(word) for word in entry["text"].split())
-        for match in re.finditer(pattern, read(page)):
+        for match in place_of(entry).finditer(read(page)):
             covered[match.start():match.end()] = [True] * (match.end() - match.start())
     for match in NUMBER.finditer(text):
         if not covered[match.start()]:
