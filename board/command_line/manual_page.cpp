@@ -144,10 +144,13 @@ std::string manual_page(const CLI::App& command, const std::vector<ManualSection
     return out + examples(command) + exit_status() + see_also(command);
 }
 
-void write_manual_pages(const CLI::App& program, const std::string& folder, const std::vector<ManualSection>& further) {
+void write_manual_pages(const CLI::App& program, const std::string& folder, const std::vector<ManualSection>& further,
+                        const std::set<std::string>& without) {
     write_whole_file(fmt::format("{}/{}.1", folder, page_name(program)), manual_page(program, further));
     for (const CLI::App* command : commands_of(program)) {
-        write_whole_file(fmt::format("{}/{}.1", folder, page_name(*command)), manual_page(*command));
+        if (!without.contains(command->get_name())) {
+            write_whole_file(fmt::format("{}/{}.1", folder, page_name(*command)), manual_page(*command));
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 // Manual pages (man) from the table of options.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,9 @@ struct ManualSection {
 /// Page of a command; of a program if it has no parent. Source text for man.
 std::string manual_page(const CLI::App& command, const std::vector<ManualSection>& further = {});
 
-/// Writes the pages of the program and of its commands into an existing folder: tricoil.1, tricoil-run.1, ...
-void write_manual_pages(const CLI::App& program, const std::string& folder, const std::vector<ManualSection>& further = {});
+/// Writes the pages of the program and of its commands into an existing folder: tricoil.1, tricoil-run.1, ..., but not of the
+/// commands `without`.
+void write_manual_pages(const CLI::App& program, const std::string& folder, const std::vector<ManualSection>& further = {},
+                        const std::set<std::string>& without = {});
 
 }  // namespace tricoil::host

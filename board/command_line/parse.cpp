@@ -27,7 +27,7 @@ bool serve_scripts(const CLI::App& program, const std::vector<std::string>& word
     if (words.front() == kCompleteWord) {
         print_text(candidates_for(program, std::span(words).subspan(1), params.sources));
     } else if (words.size() == 2) {
-        write_manual_pages(program, words[1], params.manual_sections);
+        write_manual_pages(program, words[1], params.manual_sections, params.without_manual);
     } else {
         throw InputError(std::string(kManualWord) + " needs a folder");
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ constexpr const char* kManualWord = "__manual";      // writes the manual pages 
 struct CommandLineParams {
     ValueSources sources;
     std::vector<ManualSection> manual_sections;
+    std::set<std::string> without_manual = {};  // commands of other executables
 };
 
 /// Parses the words. Prints what was asked for (help, version) and returns false then. Throws InputError for wrong words.

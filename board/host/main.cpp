@@ -29,7 +29,7 @@ int run_to_the_end(int argc, char** argv) {
     if (const std::string commit = tricoil::host::build_commit(); !commit.empty()) {
         identity.version += " (" + commit + ")";
     }
-    const int code = tricoil::host::run_program({argv + 1, argv + argc}, identity);
+    const int code = tricoil::host::run_program({argv + 1, argv + argc}, tricoil::host::own_commands(), identity);
     tricoil::host::end_standard_output();
     return code;
 }

@@ -1,8 +1,17 @@
 #include "board/host/program.hpp"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+
 #include "board/command_line/parse.hpp"
-#include "board/host/commands/commands.hpp"
 #include "board/host/commands/option_values.hpp"
+#include "board/support/components.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {
@@ -24,49 +33,109 @@ const std::vector<ManualSection> kManualSections{
       {"/usr/share/doc/tricoil/examples/board.toml", "Example configuration with every key."}}},
 };
 
-using AddCommand = void (*)(CLI::App& program, Action& action);
-
-struct CommandGroup {
+struct ListedCommand {
+    const char* group;
     const char* name;
-    std::vector<AddCommand> commands;
+    const char* description;
+    const char* executable = "tricoil";
+    std::optional<Component> component = {};
 };
 
-const std::vector<CommandGroup>& command_groups() {
-    static const std::vector<CommandGroup> groups{
-        {"Track", {&add_run_command, &add_serve_command, &add_demo_command}},
-        {"Recordings", {&add_replay_command, &add_smooth_command, &add_convert_command, &add_plot_command}},
-        {"Calibration and evaluation",
-         {&add_calibrate_command, &add_evaluate_command, &add_couplings_command, &add_demodulate_command}},
-        {"Devices", {&add_device_command, &add_selfcheck_command, &add_protocol_command}},
-        {"Error model", {&add_motion_command, &add_figures_command}},
-        {"Help", {&add_help_command, &add_completion_command}},
-    };
-    return groups;
+constexpr const char* kServe = "tricoil-serve";
+constexpr const char* kCalibration = "tricoil-calibration";
+constexpr const char* kTools = "tricoil-tools";
+
+// In the order of the help.
+constexpr ListedCommand kCommands[] = {
+    {"Track", "run", "Track a simulated sensor (poses are compared with the truth) or a real device"},
+    {"Track", "serve", "Track, and send poses to other programs", kServe},
+    {"Track", "demo", "Open the live page on a tour: hand, motion error, filter, metal, unplugged sensor", kServe,
+     Component::web},
+    {"Recordings", "replay", "Track a recording again: bit for bit, or with another tracker", kTools},
+    {"Recordings", "smooth", "Best estimate of a recorded motion: each pose from the columns before and after it", kTools},
+    {"Recordings", "convert", "Convert the poses of a recording for other programs", kTools},
+    {"Recordings", "plot", "Draw path, position errors or standard deviations, and flags of poses", kTools},
+    {"Calibration and evaluation", "calibrate",
+     "Calibrate coils and fixtures from measured couplings, or the tip of a pointer from poses", kCalibration,
+     Component::calibration},
+    {"Calibration and evaluation", "evaluate", "Pose errors of a calibrated tracker against ground truth", kCalibration,
+     Component::calibration},
+    {"Calibration and evaluation", "couplings", "Poses from recorded couplings of two bands, corrected for metal", kTools},
+    {"Calibration and evaluation", "demodulate", "Compute the signal matrix and its scatter from a raw ADC recording", kTools},
+    {"Devices", "device", "List, identify, watch and configure front ends and tracker boards", kTools},
+    {"Devices", "selfcheck", "Run the self-check of the core: known answers, error model, arithmetic", kTools},
+    {"Devices", "protocol", "Print the page of the wire protocol, or write it and a DBC file for CAN tools", kTools},
+    {"Error model", "motion", "Compare the movement-induced error model with a simulation", kTools},
+    {"Error model", "figures",
+     "Write figures as CSV and SVG: 1 to 6 of the paper, comparison of closed and open loop, error budget, metal", kTools},
+    {"Help", "help", "Print the help of a command, with examples"},
+    {"Help", "completion", "Print the completion script of a shell"},
+};
+
+const OwnCommand* find_own(std::span<const OwnCommand> own, std::string_view name) {
+    const auto found = std::find_if(own.begin(), own.end(), [&](const OwnCommand& one) { return one.name == name; });
+    return found == own.end() ? nullptr : &*found;
 }
 
-void add_commands(CLI::App& program, Action& action) {
-    std::size_t done = 0;
-    for (const CommandGroup& group : command_groups()) {
-        for (const AddCommand add : group.commands) {
-            add(program, action);
-        }
-        const auto all = commands_of(program);
-        for (; done < all.size(); ++done) {
-            program.get_subcommand(all[done]->get_name())->group(group.name);
-        }
+/// The command that the words name, also behind `help` and in a request for candidates; null: none.
+const ListedCommand* named_command(std::span<const std::string> words) {
+    if (!words.empty() && words.front() == kCompleteWord) {  // the last word is still being typed
+        words = words.subspan(1, std::max<std::size_t>(words.size(), 2) - 2);
     }
+    const auto name = std::find_if(words.begin(), words.end(),
+                                   [](const std::string& word) { return word != "help" && !word.starts_with('-'); });
+    const auto* const listed = std::find_if(std::begin(kCommands), std::end(kCommands),
+                                            [&](const ListedCommand& one) { return name != words.end() && one.name == *name; });
+    return listed == std::end(kCommands) ? nullptr : listed;
+}
+
+/// Does not return, unless it throws.
+int continue_as(const char* executable, const char* user, const std::vector<std::string>& arguments,
+                const ProgramIdentity& identity) {
+    const auto path =
+        (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "../libexec/tricoil" / executable).lexically_normal();
+    std::vector<char*> words{const_cast<char*>(identity.typed_name.c_str())};
+    for (const std::string& argument : arguments) {
+        words.push_back(const_cast<char*>(argument.c_str()));
+    }
+    words.push_back(nullptr);
+    ::execv(path.c_str(), words.data());
+    throw DeviceError(errno == ENOENT
+                          ? fmt::format("{}: {} is not built or not installed; build all of tricoil with cmake --build, "
+                                        "or install the package tricoil again",
+                                        user, path.string())
+                          : fmt::format("{}: {} does not start ({})", user, path.string(), std::strerror(errno)));
 }
 
 }  // namespace
 
-int run_program(const std::vector<std::string>& arguments, const ProgramIdentity& identity) {
+int run_program(const std::vector<std::string>& arguments, std::span<const OwnCommand> own, const ProgramIdentity& identity) {
+    if (const ListedCommand* const named = named_command(arguments); named != nullptr && find_own(own, named->name) == nullptr) {
+        if (named->component) {
+            require(*named->component, named->name);
+        }
+        return continue_as(named->executable, named->name, arguments, identity);
+    }
     CLI::App program{kDescription, identity.typed_name};
     set_examples(&program, kExamples);
     program.set_version_flag("--version", identity.version, "Print the version and the commit");
     program.require_subcommand(1);
     Action action;
-    add_commands(program, action);
-    return parse_words(program, arguments, {option_values(program), kManualSections}) ? action() : to_int(ExitCode::fine);
+    CommandLineParams params{option_values(program), kManualSections, {}};
+    for (const ListedCommand& listed : kCommands) {
+        CLI::App* const sub = program.add_subcommand(listed.name, listed.description);
+        if (const OwnCommand* const command = find_own(own, listed.name); command != nullptr) {
+            command->add(sub, action);
+        } else {
+            params.without_manual.insert(listed.name);
+        }
+        sub->group(listed.group);
+    }
+    if (!parse_words(program, arguments, params)) {
+        return to_int(ExitCode::fine);
+    }
+    const int code = action();
+    return code == kRunByServer ? continue_as(kServe, "run --json-lines", arguments, identity) : code;
 }
 
 }  // namespace tricoil::host

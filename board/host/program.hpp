@@ -1,18 +1,40 @@
-// The commands of the `tricoil` program, for the program and for the Python package.
+// The commands of the `tricoil` program: in one list, in several executables, and in the Python package.
 #pragma once
 
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
+namespace CLI {
+class App;
+}
+
 namespace tricoil::host {
+
+/// Action of the selected command. Returns the exit code; may throw the exceptions of errors.hpp.
+using Action = std::function<int()>;
+
+/// A command that this executable contains. `add` adds its options to `sub`; if the user selects it, `action` is set.
+struct OwnCommand {
+    const char* name;
+    void (*add)(CLI::App* sub, Action& action);
+};
+
+/// Of the executable that includes main.cpp.
+std::span<const OwnCommand> own_commands();
+
+/// Returned by an action that the executable of `serve` must run.
+constexpr int kRunByServer = -1;
 
 struct ProgramIdentity {
     std::string typed_name = "tricoil";  // as the user typed it: printed in commands that can be pasted
     std::string version = "tricoil " TRICOIL_VERSION;
 };
 
-/// Parses the arguments and runs the subcommand. Returns its exit code. Throws InputError for wrong usage or input, DeviceError,
-/// ReadError, or Interrupted after a signal.
-int run_program(const std::vector<std::string>& arguments, const ProgramIdentity& identity = {});
+/// Parses the arguments and runs the command. Returns its exit code. Throws InputError for wrong usage or input, DeviceError,
+/// ReadError, or Interrupted after a signal. If another executable contains the command, this process continues as that one:
+/// ../libexec/tricoil/tricoil-NAME from the folder of this executable, never from PATH or the current folder.
+int run_program(const std::vector<std::string>& arguments, std::span<const OwnCommand> own, const ProgramIdentity& identity = {});
 
 }  // namespace tricoil::host

@@ -6,6 +6,7 @@
 
 #include "board/linux/device_uri.hpp"
 #include "board/support/checked_table.hpp"
+#include "board/support/components.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
 #include "board/support/tracker_choice.hpp"
@@ -113,6 +114,7 @@ DeviceConfig parse_device_config(const std::string& name, std::string_view text)
     }
     const CheckedTable coils = root.child("coils");
     if (parsed.contains("coils")) {
+        require(host::Component::gpio, path + ": [coils]");
         config.coils = coil_lines(coils);
     }
     read_front_end(root.child("front_end"), config);

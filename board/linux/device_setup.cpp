@@ -2,6 +2,10 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/tracker_choice.hpp"
+#ifdef TRICOIL_WITH_GPIO
+#include "drivers/gpiod/gpio_coil_driver.hpp"
+#include "drivers/gpiod/gpio_signals.hpp"
+#endif
 
 namespace tricoil::linux_board {
 namespace {
@@ -40,26 +44,28 @@ DeviceLoopParams loop_params(const DeviceConfig& config, const std::optional<cal
     return params;
 }
 
-OpenLines::OpenLines(const std::optional<CoilLines>& wanted) {
-    if (!wanted) {
-        return;
-    }
+#ifdef TRICOIL_WITH_GPIO
+namespace {
+
+template <typename Line, typename Name>
+std::unique_ptr<Line> opened(const Name& name) {
+    auto line = std::make_unique<Line>();
     drivers::Text reason;
-    const auto check = [&](const Status& status) {
-        if (!status.ok()) {
-            throw host::DeviceError(reason.c_str());
-        }
-    };
-    check(coils_.open(wanted->coils, reason));
-    lines_.coils = &coils_;
-    if (wanted->heartbeat) {
-        check(heartbeat_.open(*wanted->heartbeat, reason));
-        lines_.heartbeat = &heartbeat_;
+    if (!line->open(name, reason).ok()) {
+        throw host::DeviceError(reason.c_str());
     }
-    if (wanted->sync) {
-        check(sync_.open(*wanted->sync, reason));
-        lines_.sync = &sync_;
-    }
+    return line;
 }
+
+}  // namespace
+
+OpenLines::OpenLines(const std::optional<CoilLines>& wanted)
+    : coils_(wanted ? opened<drivers::GpioCoilDriver>(wanted->coils) : nullptr),
+      heartbeat_(wanted && wanted->heartbeat ? opened<drivers::GpioHeartbeat>(*wanted->heartbeat) : nullptr),
+      sync_(wanted && wanted->sync ? opened<drivers::GpioSyncLine>(*wanted->sync) : nullptr),
+      lines_{coils_.get(), heartbeat_.get(), sync_.get()} {}
+#else
+OpenLines::OpenLines(const std::optional<CoilLines>&) {}  // load_device_config() refuses lines
+#endif
 
 }  // namespace tricoil::linux_board

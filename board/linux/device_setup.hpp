@@ -1,13 +1,15 @@
 // Converts a configuration to parameters and GPIO lines of the device loop.
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "board/linux/device_config.hpp"
 #include "board/linux/device_loop.hpp"
 #include "core/calibration/calibration.hpp"
-#include "drivers/gpiod/gpio_coil_driver.hpp"
-#include "drivers/gpiod/gpio_signals.hpp"
+#include "hal/coil_driver.hpp"
+#include "hal/heartbeat.hpp"
+#include "hal/sync_line.hpp"
 
 namespace tricoil::linux_board {
 
@@ -24,9 +26,9 @@ public:
     [[nodiscard]] const HostLines& lines() const { return lines_; }
 
 private:
-    drivers::GpioCoilDriver coils_;
-    drivers::GpioHeartbeat heartbeat_;
-    drivers::GpioSyncLine sync_;
+    std::unique_ptr<hal::CoilDriver> coils_;
+    std::unique_ptr<hal::Heartbeat> heartbeat_;
+    std::unique_ptr<hal::SyncLine> sync_;
     HostLines lines_;
 };
 

@@ -2,10 +2,15 @@
 
 #include <charconv>
 
+#include "board/support/components.hpp"
 #include "board/support/errors.hpp"
-#include "drivers/libusb/usb_port.hpp"
 #include "drivers/serial/serial_port.hpp"
+#ifdef TRICOIL_WITH_CAN
 #include "drivers/socketcan/can_port.hpp"
+#endif
+#ifdef TRICOIL_WITH_USB
+#include "drivers/libusb/usb_port.hpp"
+#endif
 
 namespace tricoil::linux_board {
 namespace {
@@ -37,6 +42,7 @@ DeviceUri parse_device_uri(const std::string& text) {
     }
     DeviceUri uri;
     if (scheme == "can") {
+        require(host::Component::can, "device '" + text + "'");
         const auto hash = rest.find('#');
         uri.path = rest.substr(0, hash);
         if (hash != std::string::npos) {
@@ -46,6 +52,7 @@ DeviceUri parse_device_uri(const std::string& text) {
         uri.kind = LinkKind::serial;
         uri.path = rest;
     } else {
+        require(host::Component::usb, "device '" + text + "'");
         uri.kind = LinkKind::usb;
         const auto second = rest.find(':');
         const auto third = second == std::string::npos ? second : rest.find(':', second + 1);
@@ -58,15 +65,17 @@ DeviceUri parse_device_uri(const std::string& text) {
 }
 
 std::unique_ptr<hal::MessagePort> make_port(const DeviceUri& uri) {
-    switch (uri.kind) {
-        case LinkKind::can:
-            return std::make_unique<drivers::CanPort>(drivers::CanPortParams{uri.path, uri.node, drivers::CanSide::host});
-        case LinkKind::usb:
-            return std::make_unique<drivers::UsbPort>(drivers::UsbAddress{uri.vendor, uri.product, uri.serial});
-        case LinkKind::serial:
-            return std::make_unique<drivers::SerialPort>(uri.path);
+#ifdef TRICOIL_WITH_CAN
+    if (uri.kind == LinkKind::can) {
+        return std::make_unique<drivers::CanPort>(drivers::CanPortParams{uri.path, uri.node, drivers::CanSide::host});
     }
-    return nullptr;
+#endif
+#ifdef TRICOIL_WITH_USB
+    if (uri.kind == LinkKind::usb) {
+        return std::make_unique<drivers::UsbPort>(drivers::UsbAddress{uri.vendor, uri.product, uri.serial});
+    }
+#endif
+    return std::make_unique<drivers::SerialPort>(uri.path);
 }
 
 }  // namespace tricoil::linux_board

@@ -1,7 +1,8 @@
 // Commands of the `tricoil` program, in this process.
 #include <pybind11/stl.h>
 
-#include "board/host/program.hpp"
+#include "board/host/commands/commands.hpp"
+#include "board/host/commands/run_command.hpp"
 #include "board/python/parts.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
@@ -12,6 +13,31 @@ namespace {
 
 namespace py = pybind11;
 
+constexpr host::OwnCommand kOwn[] = {
+    {"run", [](CLI::App* sub, host::Action& action) { host::add_run_command(sub, action, host::serve_json_lines); }},
+    {"serve", host::add_serve_command},
+#ifdef TRICOIL_WITH_WEB
+    {"demo", host::add_demo_command},
+#endif
+    {"replay", host::add_replay_command},
+    {"smooth", host::add_smooth_command},
+    {"convert", host::add_convert_command},
+    {"plot", host::add_plot_command},
+#ifdef TRICOIL_WITH_CALIBRATION
+    {"calibrate", host::add_calibrate_command},
+    {"evaluate", host::add_evaluate_command},
+#endif
+    {"couplings", host::add_couplings_command},
+    {"demodulate", host::add_demodulate_command},
+    {"device", host::add_device_command},
+    {"selfcheck", host::add_selfcheck_command},
+    {"protocol", host::add_protocol_command},
+    {"motion", host::add_motion_command},
+    {"figures", host::add_figures_command},
+    {"help", host::add_help_command},
+    {"completion", host::add_completion_command},
+};
+
 /// Exit code, and the text that the command printed.
 py::tuple command(const std::vector<std::string>& arguments) {
     int code = 0;
@@ -20,7 +46,7 @@ py::tuple command(const std::vector<std::string>& arguments) {
         const py::gil_scoped_release released;
         const host::BorrowedInterrupt interrupt(has_raised);
         const host::CapturedText captured;
-        code = host::run_program(arguments);
+        code = host::run_program(arguments, kOwn);
         text = captured.text();
     } catch (const host::Interrupted&) {  // Python's exception is set
     }

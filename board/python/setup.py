@@ -18,7 +18,7 @@ class CMakeBuild(build_ext):
     """Options of the preset `run`, in a build folder of this Python version. Without the live page, whose build needs npm."""
 
     def build_extension(self, ext):
-        options = ["--preset", "run", "-B", BUILD, f"-DPython3_EXECUTABLE={sys.executable}", "-DTRICOIL_PYTHON_PACKAGE=ON", "-DTRICOIL_WEB=OFF"]
+        options = ["--preset", "run", "-B", BUILD, f"-DPython3_EXECUTABLE={sys.executable}", "-DTRICOIL_PYTHON_PACKAGE=ON", "-DTRICOIL_WITH_WEB=OFF"]
         try:
             subprocess.run(["cmake", *options], cwd=ROOT, check=True)
             subprocess.run(["cmake", "--build", BUILD, "--target", "tricoil_python"], cwd=ROOT, check=True)

@@ -5,15 +5,20 @@
 #include <memory>
 
 #include "board/pose_text/candump.hpp"
-#include "board/pose_text/mat/mat_poses.hpp"
 #include "board/pose_text/mcap/mcap_poses.hpp"
-#include "board/pose_text/openigtlink/igtl_messages.hpp"
 #include "board/pose_text/pose_lines.hpp"
 #include "board/record/column_means.hpp"
 #include "board/record/rest_couplings.hpp"
+#include "board/support/components.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
 #include "core/protocol/convert.hpp"
+#ifdef TRICOIL_WITH_MAT
+#include "board/pose_text/mat/mat_poses.hpp"
+#endif
+#ifdef TRICOIL_WITH_OPENIGTLINK
+#include "board/pose_text/openigtlink/igtl_messages.hpp"
+#endif
 
 namespace tricoil::host {
 namespace {
@@ -30,12 +35,6 @@ std::uint64_t for_each_pose(const Recording& recording, const std::function<void
         }
     }
     return count;
-}
-
-/// Messages as a server would send them, stamped with the time in the recording.
-std::string igtl_bytes(const Pose& pose) {
-    const ServedPose served{pose, utc_time_us(to_us(pose.time))};
-    return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);
 }
 
 /// One form: a function for each pose, and one for the end, which may be empty.
@@ -71,12 +70,26 @@ Form candump_form(const Put& put) {
     return lines_form(put, [](const Pose& pose) { return candump_line(protocol::to_message(pose)); });
 }
 
-Form igtl_form(const Put& put) { return lines_form(put, igtl_bytes); }
+#ifdef TRICOIL_WITH_OPENIGTLINK
+/// Messages as a server would send them, stamped with the time in the recording.
+std::string igtl_bytes(const Pose& pose) {
+    const ServedPose served{pose, utc_time_us(to_us(pose.time))};
+    return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);
+}
 
+Form igtl_form(const Put& put) { return lines_form(put, igtl_bytes); }
+#else
+constexpr Form (*igtl_form)(const Put&) = nullptr;
+#endif
+
+#ifdef TRICOIL_WITH_MAT
 Form mat_form(const Put& put) {
     const auto poses = std::make_shared<MatPoses>();
     return {[poses](const Pose& pose) { poses->add(pose); }, [poses, &put] { poses->finish(put); }};
 }
+#else
+constexpr Form (*mat_form)(const Put&) = nullptr;
+#endif
 
 Form mcap_form(const Put& put) {
     const auto poses = std::make_shared<McapPoses>(put);
@@ -119,7 +132,14 @@ const std::vector<std::string>& convert_formats() {
 
 std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put,
                       const ShowShare& progress) {
-    constexpr std::array kForms{json_form, csv_form, mat_form, mcap_form, candump_form, igtl_form};  // of poses alone
+    if (name == "mat") {
+        require(Component::mat, "--to mat");
+    }
+    if (name == "openigtlink") {
+        require(Component::openigtlink, "--to openigtlink");
+    }
+    constexpr std::array<Form (*)(const Put&), 6> kForms{json_form, csv_form,     mat_form,
+                                                         mcap_form, candump_form, igtl_form};  // of poses alone
     const std::size_t index = index_of_name("--to", name, convert_formats());
     const Form form = index < kForms.size() ? kForms.at(index)(put) : rests_form(put, recording);
     const std::uint64_t count = for_each_pose(recording, form.take, progress);

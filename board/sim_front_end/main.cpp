@@ -20,11 +20,13 @@
 #include "board/support/whole_file.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 #include "drivers/serial/serial_port.hpp"
-#include "drivers/socketcan/can_port.hpp"
 #include "sim/front_end/front_end.hpp"
 #include "sim/usb/gadget_port.hpp"
 #include "sim/usb/usbip_port.hpp"
 #include "sim/world/metal_check.hpp"
+#ifdef TRICOIL_WITH_CAN
+#include "drivers/socketcan/can_port.hpp"
+#endif
 
 namespace tricoil::sim_front_end {
 namespace {
@@ -54,10 +56,12 @@ struct Options {
 };
 
 std::unique_ptr<hal::MessagePort> make_port(const std::string& link) {
+#ifdef TRICOIL_WITH_CAN
     if (link.starts_with("can:")) {
         const auto uri = linux_board::parse_device_uri(link);
         return std::make_unique<drivers::CanPort>(drivers::CanPortParams{uri.path, uri.node, drivers::CanSide::device});
     }
+#endif
     if (link == "usbip:") {
         return std::make_unique<sim::UsbIpPort>(sim::UsbIpParams{});
     }

@@ -31,6 +31,11 @@ if(NOT CMAKE_CROSSCOMPILING)
   add_compile_options(-fPIC -fvisibility=hidden)
 endif()
 
+# Installed and built programs have the same RPATH, if any: absolute folders of libraries outside of the system's. CMake pads the RPATH of a
+# build that it changes at the installation with a colon, which makes the current folder part of it.
+set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)
+set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
+
 add_library(tricoil_options INTERFACE)
 target_compile_options(tricoil_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wdouble-promotion -Wconversion -Wno-sign-conversion)
 target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
@@ -63,23 +68,35 @@ endif()
 
 include(${CMAKE_CURRENT_LIST_DIR}/PrecompiledHeaders.cmake)
 
-# tricoil_library(NAME [FREESTANDING] [FAST] SOURCES ... DEPENDS ...)
+# tricoil_library(NAME [FREESTANDING] [FAST] [COMPONENT NAME] SOURCES ... DEPENDS ... [COMPONENTS ...])
+# COMPONENT: the library of an optional component; libraries that use it are compiled with TRICOIL_WITH_NAME.
+# COMPONENTS: libraries of components, used if they are built. Their flags stay within this library, so that a component that is added later
+# recompiles nothing else.
 # FREESTANDING: must also build for boards without an operating system, so without exceptions and run-time type information.
 # FAST: runs for each sample or column; compiled at -O2.
 function(tricoil_library name)
-  cmake_parse_arguments(ARG "FREESTANDING;FAST" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "FREESTANDING;FAST" "COMPONENT" "SOURCES;DEPENDS;COMPONENTS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_compile_features(${name} PUBLIC cxx_std_20)
   # Installed headers: programs include <tricoil/core/...>; the headers include each other as "core/...".
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${TRICOIL_TREE}>
     $<INSTALL_INTERFACE:include> $<INSTALL_INTERFACE:include/tricoil>)
   target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE $<BUILD_INTERFACE:tricoil_options>)
+  foreach(library ${ARG_COMPONENTS})
+    if(TARGET ${library})
+      target_link_libraries(${name} PRIVATE ${library})
+    endif()
+  endforeach()
+  if(ARG_COMPONENT)
+    target_compile_definitions(${name} INTERFACE TRICOIL_WITH_${ARG_COMPONENT})
+  endif()
   if(ARG_FREESTANDING)
     # A hosted program that makes a tracker names the type information of its interface.
     target_compile_options(${name} PRIVATE -fno-exceptions $<$<BOOL:${CMAKE_CROSSCOMPILING}>:-fno-rtti>)
   endif()
   if(NOT ARG_FREESTANDING)
-    tricoil_use_precompiled(${name} tricoil_hosted_headers)
+    tricoil_headers_for(headers ${ARG_DEPENDS})
+    tricoil_use_precompiled(${name} ${headers})
   endif()
   if((ARG_FREESTANDING OR ARG_FAST) AND NOT CMAKE_CROSSCOMPILING)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O2>)

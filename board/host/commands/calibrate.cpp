@@ -323,10 +323,8 @@ int calibrate(const CalibrateCommand& command) {
 
 }  // namespace
 
-void add_calibrate_command(CLI::App& program, Action& action) {
+void add_calibrate_command(CLI::App* sub, Action& action) {
     auto c = std::make_shared<CalibrateCommand>();
-    CLI::App* sub = program.add_subcommand(
-        "calibrate", "Calibrate coils and fixtures from measured couplings, or the tip of a pointer from poses");
     sub->add_option("data", c->data,
                     "Couplings at stage poses (ILEMT text or CSV), or of column frames or grid nodes (CSV); with --pivot: poses")
         ->required()

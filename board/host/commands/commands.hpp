@@ -5,34 +5,37 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <string>
 #include <system_error>
 
+#include "board/host/program.hpp"
+
 namespace tricoil::host {
 
-/// Action of the selected subcommand. Returns the exit code; may throw the exceptions of errors.hpp.
-using Action = std::function<int()>;
+struct RunCommand;
 
-// Each function adds its subcommand with options to `program`. If the user selects it, `action` is set.
-void add_run_command(CLI::App& program, Action& action);
-void add_demodulate_command(CLI::App& program, Action& action);
-void add_figures_command(CLI::App& program, Action& action);
-void add_motion_command(CLI::App& program, Action& action);
-void add_selfcheck_command(CLI::App& program, Action& action);
-void add_calibrate_command(CLI::App& program, Action& action);
-void add_evaluate_command(CLI::App& program, Action& action);
-void add_protocol_command(CLI::App& program, Action& action);
-void add_device_command(CLI::App& program, Action& action);
-void add_replay_command(CLI::App& program, Action& action);
-void add_smooth_command(CLI::App& program, Action& action);
-void add_convert_command(CLI::App& program, Action& action);
-void add_couplings_command(CLI::App& program, Action& action);
-void add_plot_command(CLI::App& program, Action& action);
-void add_serve_command(CLI::App& program, Action& action);
-void add_demo_command(CLI::App& program, Action& action);
-void add_help_command(CLI::App& program, Action& action);
-void add_completion_command(CLI::App& program, Action& action);
+/// `tricoil run`. `serve_json_lines` sends the poses of a device as JSON lines; null: the executable of `serve` runs the command.
+void add_run_command(CLI::App* sub, Action& action, int (*serve_json_lines)(const std::shared_ptr<RunCommand>& run));
+
+// Each function adds the options of a command to `sub`. If the user selects it, `action` is set.
+void add_demodulate_command(CLI::App* sub, Action& action);
+void add_figures_command(CLI::App* sub, Action& action);
+void add_motion_command(CLI::App* sub, Action& action);
+void add_selfcheck_command(CLI::App* sub, Action& action);
+void add_calibrate_command(CLI::App* sub, Action& action);
+void add_evaluate_command(CLI::App* sub, Action& action);
+void add_protocol_command(CLI::App* sub, Action& action);
+void add_device_command(CLI::App* sub, Action& action);
+void add_replay_command(CLI::App* sub, Action& action);
+void add_smooth_command(CLI::App* sub, Action& action);
+void add_convert_command(CLI::App* sub, Action& action);
+void add_couplings_command(CLI::App* sub, Action& action);
+void add_plot_command(CLI::App* sub, Action& action);
+void add_serve_command(CLI::App* sub, Action& action);
+void add_demo_command(CLI::App* sub, Action& action);
+void add_help_command(CLI::App* sub, Action& action);
+void add_completion_command(CLI::App* sub, Action& action);
 
 /// Refuses an empty name: the program would treat it as an omitted option.
 inline std::string refuse_empty(const std::string& name) { return name.empty() ? "a name is missing" : ""; }

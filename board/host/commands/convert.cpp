@@ -43,9 +43,8 @@ int run_convert(const ConvertCommand& command) {
 
 }  // namespace
 
-void add_convert_command(CLI::App& program, Action& action) {
+void add_convert_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ConvertCommand>();
-    CLI::App* sub = program.add_subcommand("convert", "Convert the poses of a recording for other programs");
     sub->add_option("recording", command->folder, "Folder written by run --record")
         ->required()
         ->check(refuse_empty)

@@ -98,9 +98,8 @@ int run_command(CouplingsCommand& c) {
 
 }  // namespace
 
-void add_couplings_command(CLI::App& program, Action& action) {
+void add_couplings_command(CLI::App* sub, Action& action) {
     auto c = std::make_shared<CouplingsCommand>();
-    CLI::App* sub = program.add_subcommand("couplings", "Poses from recorded couplings of two bands, corrected for metal");
     sub->add_option("--high", c->files.high, "CSV of the high band: source1_sensor1,source1_sensor2,...")
         ->required()
         ->check(refuse_empty)

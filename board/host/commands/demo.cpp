@@ -10,7 +10,6 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/demo/key_press.hpp"
 #include "board/host/demo/tour.hpp"
-#include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/web_server.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
@@ -134,20 +133,11 @@ int run_tour(const DemoCommand& command) {
     return to_int(ExitCode::fine);
 }
 
-int demo(const DemoCommand& command) {
-    if (web::kPage.empty()) {
-        throw InputError("demo: this program was built without the live page (TRICOIL_WEB=OFF)");
-    }
-    return run_tour(command);
-}
-
 }  // namespace
 
-void add_demo_command(CLI::App& program, Action& action) {
+void add_demo_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<DemoCommand>();
-    command->program = program.get_name();
-    CLI::App* sub =
-        program.add_subcommand("demo", "Open the live page on a tour: hand, motion error, filter, metal, unplugged sensor");
+    command->program = sub->get_parent()->get_name();
     sub->add_option("--web", command->web, "Live page on [ADDRESS:]PORT; 0: any free port")
         ->check(refuse_empty)
         ->capture_default_str();
@@ -157,7 +147,7 @@ void add_demo_command(CLI::App& program, Action& action) {
     sub->add_flag("--no-browser", command->no_browser, "Do not open a browser");
     sub->add_flag("--json", command->json, "Address and result of each step as lines of JSON");
     set_examples(sub, {{"a key for each step", "tricoil demo"}, {"by itself, 10 s for each step", "tricoil demo --step 10"}});
-    sub->callback([command, &action] { action = [command] { return demo(*command); }; });
+    sub->callback([command, &action] { action = [command] { return run_tour(*command); }; });
 }
 
 }  // namespace tricoil::host

@@ -88,9 +88,8 @@ int demodulate(const DemodulateCommand& command) {
 
 }  // namespace
 
-void add_demodulate_command(CLI::App& program, Action& action) {
+void add_demodulate_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<DemodulateCommand>();
-    CLI::App* sub = program.add_subcommand("demodulate", "Compute the signal matrix and its scatter from a raw ADC recording");
     sub->add_option("capture", command->capture, "CSV: state,repeat,sample,adc0,adc1,adc2,adc3")
         ->required()
         ->type_name(kFileType);

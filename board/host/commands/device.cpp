@@ -7,9 +7,9 @@
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/device_condition.hpp"
-#include "board/host/commands/device_list.hpp"
 #include "board/host/commands/option_values.hpp"
 #include "board/linux/device_inquiry.hpp"
+#include "board/linux/device_list.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/multiplexing_names.hpp"
@@ -38,7 +38,7 @@ struct DeviceCommand {
 };
 
 int list_devices(const DeviceCommand& command) {
-    print_result(connected_devices(), command.json, [](const Json& devices) {
+    print_result(linux_board::connected_devices(), command.json, [](const Json& devices) {
         std::string text = devices.empty() ? "no CAN interface and no tricoil USB device found\n" : "";
         for (const Json& device : devices) {
             text += fill(device, !device.contains("fd") ? "{uri:<32} {product}\n"
@@ -268,9 +268,8 @@ int enter_loader(const DeviceCommand& command) {
 
 }  // namespace
 
-void add_device_command(CLI::App& program, Action& action) {
+void add_device_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<DeviceCommand>();
-    CLI::App* sub = program.add_subcommand("device", "List, identify, watch and configure front ends and tracker boards");
     sub->require_subcommand(1);
     const auto add = [&](const char* name, const char* what, int (*act)(const DeviceCommand&)) {
         CLI::App* const one = sub->add_subcommand(name, what);

@@ -204,9 +204,8 @@ int evaluate_command(const EvaluateCommand& command) {
 
 }  // namespace
 
-void add_evaluate_command(CLI::App& program, Action& action) {
+void add_evaluate_command(CLI::App* sub, Action& action) {
     auto c = std::make_shared<EvaluateCommand>();
-    CLI::App* sub = program.add_subcommand("evaluate", "Pose errors of a calibrated tracker against ground truth");
     sub->add_option("--calibration", c->calibration, "TOML file of tricoil calibrate")->type_name(kFileType);
     sub->add_option("data", c->data, "Couplings at stage poses: ILEMT text or CSV; with --dynamic TRUTH.csv POSES.csv")
         ->required()

@@ -56,10 +56,8 @@ int figures(const FiguresCommand& command) {
 
 }  // namespace
 
-void add_figures_command(CLI::App& program, Action& action) {
+void add_figures_command(CLI::App* sub, Action& action) {
     auto c = std::make_shared<FiguresCommand>();
-    CLI::App* sub = program.add_subcommand(
-        "figures", "Write figures as CSV and SVG: 1 to 6 of the paper, comparison of closed and open loop, error budget, metal");
     sub->add_option("--out", c->out, "Output folder; created if its parent folder exists")
         ->required()
         ->check(refuse_empty)

@@ -10,22 +10,20 @@
 
 namespace tricoil::host {
 
-void add_help_command(CLI::App& program, Action& action) {
+void add_help_command(CLI::App* sub, Action& action) {
     auto words = std::make_shared<std::vector<std::string>>();
-    CLI::App* sub = program.add_subcommand("help", "Print the help of a command, with examples");
     sub->add_option("command", *words, "Name of the command; none: overview")->type_name(kCommandType);
     set_examples(sub, {{"the same as tricoil run --help", "tricoil help run"}, {"a subcommand", "tricoil help device watch"}});
-    sub->callback([words, &program, &action] {
-        action = [words, &program] {
-            print_help_of(program, *words);
+    sub->callback([words, sub, &action] {
+        action = [words, sub] {
+            print_help_of(*sub->get_parent(), *words);
             return to_int(ExitCode::fine);
         };
     });
 }
 
-void add_completion_command(CLI::App& program, Action& action) {
+void add_completion_command(CLI::App* sub, Action& action) {
     auto shell = std::make_shared<std::string>();
-    CLI::App* sub = program.add_subcommand("completion", "Print the completion script of a shell");
     one_of(sub->add_option("shell", *shell, "bash, zsh or fish")->required(), shell_names());
     set_examples(sub, {{"bash, in this shell", "source <(tricoil completion bash)"},
                        {"fish: a file for ~/.config/fish/completions", "tricoil completion fish > tricoil.fish"},

@@ -201,9 +201,8 @@ int motion(const MotionCommand& command) {
 
 }  // namespace
 
-void add_motion_command(CLI::App& program, Action& action) {
+void add_motion_command(CLI::App* sub, Action& action) {
     auto c = std::make_shared<MotionCommand>();
-    CLI::App* sub = program.add_subcommand("motion", "Compare the movement-induced error model with a simulation");
     one_of(sub->add_option("--example", c->example, "Example of the paper"), paper::example_names());
     one_of(sub->add_option("--loop", c->loop, "open (as in the paper) or closed (as in a device)"), kLoops)
         ->capture_default_str();

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "board/host/commands/device_list.hpp"
+#include "board/linux/device_list.hpp"
 #include "board/support/sim_input/fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 
@@ -38,7 +38,7 @@ std::vector<Candidate> serial_lines() {
 
 std::vector<Candidate> device_values() {
     std::vector<Candidate> values{{"sim:", "simulated board"}};
-    for (const Json& device : connected_devices()) {
+    for (const Json& device : linux_board::connected_devices()) {
         values.push_back({device["uri"], device.value("product", "CAN interface")});
     }
     const auto serial = serial_lines();

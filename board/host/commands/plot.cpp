@@ -57,9 +57,8 @@ int plot(const PlotCommand& command) {
 
 }  // namespace
 
-void add_plot_command(CLI::App& program, Action& action) {
+void add_plot_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<PlotCommand>();
-    CLI::App* sub = program.add_subcommand("plot", "Draw path, position errors or standard deviations, and flags of poses");
     sub->add_option("poses", command->poses, "Folder written by run --record, or CSV file of run --out or convert")
         ->required()
         ->check(refuse_empty)

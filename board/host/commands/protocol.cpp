@@ -41,10 +41,8 @@ int run_protocol(const ProtocolCommand& command) {
 
 }  // namespace
 
-void add_protocol_command(CLI::App& program, Action& action) {
+void add_protocol_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ProtocolCommand>();
-    CLI::App* sub =
-        program.add_subcommand("protocol", "Print the page of the wire protocol, or write it and a DBC file for CAN tools");
     sub->add_option("--dbc", command->dbc, "Write a DBC file (node 0)")->check(refuse_empty)->type_name(kFileType);
     sub->add_option("--page", command->page, "Write the page, Markdown")->check(refuse_empty)->type_name(kFileType);
     sub->add_flag("--json", command->json, "Names of the written files, or their contents, as JSON");

@@ -84,9 +84,8 @@ int run_replay(const ReplayCommand& command) {
 
 }  // namespace
 
-void add_replay_command(CLI::App& program, Action& action) {
+void add_replay_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ReplayCommand>();
-    CLI::App* sub = program.add_subcommand("replay", "Track a recording again: bit for bit, or with another tracker");
     sub->add_option("recording", command->folder, "Folder written by run --record")
         ->required()
         ->check(refuse_empty)

@@ -9,11 +9,11 @@
 #include "board/host/commands/see_it.hpp"
 #include "board/host/run/json_lines_tap.hpp"
 #include "board/host/run/report.hpp"
-#include "board/host/serve/web/page_text.hpp"
 #include "board/linux/device_run.hpp"
 #include "board/pose_text/flag_names.hpp"
 #include "board/record/relative_tap.hpp"
 #include "board/support/calibration_file.hpp"
+#include "board/support/components.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
@@ -129,7 +129,10 @@ int run_on_device(const std::shared_ptr<RunCommand>& command) {
     if (output.relative_to != 0 && options.config.csv.empty() && !options.json && !has_lines) {
         throw InputError("--relative-to: no output for its poses; add --out FILE, --json-lines - or --json");
     }
-    return has_lines ? serve_json_lines(command) : linux_board::run_device(options);
+    if (has_lines) {
+        return command->serve_json_lines == nullptr ? kRunByServer : command->serve_json_lines(command);
+    }
+    return linux_board::run_device(options);
 }
 
 /// The simulation, with JSON lines if the option is given.
@@ -181,8 +184,8 @@ int run_tracking(const std::shared_ptr<RunCommand>& run_command) {
     command.options.show_live = !command.json;
     const RunReport report = run_simulation(command);
     print_result(run_result(report), command.json, run_text);
-    if (!command.json && command.json_lines.empty() && !web::kPage.empty() && !fixed_method(command.options.tracker)) {
-        print_text("see it: {}\n", see_it_command(*command.app));
+    if (!command.json && command.json_lines.empty() && is_built(Component::web) && !fixed_method(command.options.tracker)) {
+        print_text("see it: {}\n", see_it_command(*command.app, command.shared_options));
     }
     if (!report.recording_error.empty()) {
         throw DeviceError(report.recording_error);

@@ -188,13 +188,13 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
         ->type_name(kFolderType);
 }
 
-void add_run_command(CLI::App& program, Action& action) {
+void add_run_command(CLI::App* sub, Action& action, int (*serve_json_lines)(const std::shared_ptr<RunCommand>& run)) {
     auto command = std::make_shared<RunCommand>();
     RunOptions& o = command->options;
-    CLI::App* sub =
-        program.add_subcommand("run", "Track a simulated sensor (poses are compared with the truth) or a real device");
     command->app = sub;
+    command->serve_json_lines = serve_json_lines;
     add_run_options(sub, command);
+    command->shared_options = options_of(*sub);
     sub->option_defaults()->group(kSimulation);
     sub->add_flag("--list", command->list, "List the built-in scenarios");
     one_of(sub->add_option("--fidelity", o.fidelity,

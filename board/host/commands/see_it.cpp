@@ -28,15 +28,11 @@ std::string option_words(const CLI::Option& option) {
 
 }  // namespace
 
-std::string see_it_command(const CLI::App& run) {
-    const CLI::App& program = *run.get_parent();
-    const CLI::App& serve = *program.get_subcommand("serve");
-    std::string words = shell_word(program.get_name()) + " serve --web 8080";
-    for (const CLI::Option* option : options_of(run)) {
+std::string see_it_command(const CLI::App& run, const std::vector<const CLI::Option*>& shared) {
+    std::string words = shell_word(run.get_parent()->get_name()) + " serve --web 8080";
+    for (const CLI::Option* option : shared) {
         const std::string name = shown_name(*option);
-        const bool is_shared =
-            serve.get_option_no_throw(name) != nullptr && name != "--duration" && name != "--record" && name != "--json";
-        words += is_shared && option->count() > 0 ? option_words(*option) : "";
+        words += option->count() > 0 && name != "--duration" && name != "--record" ? option_words(*option) : "";
     }
     return words;
 }

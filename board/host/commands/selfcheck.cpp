@@ -89,9 +89,8 @@ int run_selfcheck(const SelfcheckCommand& command) {
 
 }  // namespace
 
-void add_selfcheck_command(CLI::App& program, Action& action) {
+void add_selfcheck_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<SelfcheckCommand>();
-    CLI::App* sub = program.add_subcommand("selfcheck", "Run the self-check of the core: known answers, error model, arithmetic");
     sub->add_flag("--json", command->json, "Report as JSON");
     sub->add_option("--device", command->device, "Self-check of this device: can:..., usb:... or serial:...")
         ->type_name(kDeviceType);

@@ -14,23 +14,29 @@
 #include "board/host/serve/button_input.hpp"
 #include "board/host/serve/fastrak/fastrak_output.hpp"
 #include "board/host/serve/json_lines/json_lines_output.hpp"
-#include "board/host/serve/openigtlink/igtl_session.hpp"
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/udp_service.hpp"
-#include "board/host/serve/web/page_text.hpp"
-#include "board/host/serve/web/web_server.hpp"
-#include "board/host/serve/websocket/handshake.hpp"
-#include "board/host/serve/websocket/session.hpp"
-#include "board/pose_text/osc/osc_bundle.hpp"
 #include "board/record/relative_tap.hpp"
 #include "board/record/tap_fan_out.hpp"
+#include "board/support/components.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/service_notice.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/tracker_choice.hpp"
+#ifdef TRICOIL_WITH_OPENIGTLINK
+#include "board/host/serve/openigtlink/igtl_session.hpp"
+#endif
+#ifdef TRICOIL_WITH_OSC
+#include "board/pose_text/osc/osc_bundle.hpp"
+#endif
+#ifdef TRICOIL_WITH_WEB
+#include "board/host/serve/web/web_server.hpp"
+#include "board/host/serve/websocket/handshake.hpp"
+#include "board/host/serve/websocket/session.hpp"
+#endif
 
 namespace tricoil::host {
 namespace {
@@ -76,6 +82,7 @@ void warn_of_exposure(const char* option, const TcpAddress& address, Controls co
     }
 }
 
+#ifdef TRICOIL_WITH_OPENIGTLINK
 void add_openigtlink(const ServeCommand& command, Server& server, Addresses& addresses) {
     constexpr const char* kOption = "--openigtlink";
     const igtl_output::DeviceNames names(command.igtl_names, "--igtl-name");
@@ -95,7 +102,11 @@ void add_openigtlink(const ServeCommand& command, Server& server, Addresses& add
     addresses["openigtlink"] = address.text(service->port());
     server.add(std::move(service));
 }
+#else
+void add_openigtlink(const ServeCommand&, Server&, Addresses&) {}
+#endif
 
+#ifdef TRICOIL_WITH_WEB
 void add_websocket(const ServeCommand& command, Server& server, Addresses& addresses) {
     constexpr const char* kOption = "--websocket";
     for (const std::string& origin : command.origins) {
@@ -116,6 +127,9 @@ void add_websocket(const ServeCommand& command, Server& server, Addresses& addre
     addresses["websocket"] = fmt::format("ws://{}/", shown.text(service->port()));
     server.add(std::move(service));
 }
+#else
+void add_websocket(const ServeCommand&, Server&, Addresses&) {}
+#endif
 
 /// Prints a warning that poses leave this machine.
 void warn_of_sending(const char* option, const TcpAddress& address, const std::string& where) {
@@ -124,6 +138,7 @@ void warn_of_sending(const char* option, const TcpAddress& address, const std::s
     }
 }
 
+#ifdef TRICOIL_WITH_OSC
 void add_osc(const ServeCommand& command, Server& server, Addresses& addresses) {
     constexpr const char* kOption = "--osc";
     for (const std::string& where : command.osc) {
@@ -134,6 +149,9 @@ void add_osc(const ServeCommand& command, Server& server, Addresses& addresses) 
         addresses["osc"].push_back(text);
     }
 }
+#else
+void add_osc(const ServeCommand&, Server&, Addresses&) {}
+#endif
 
 void add_outputs(const ServeCommand& command, Controls controls, Server& server, TrackerControl& control, Addresses& addresses) {
     for (const std::string& where : command.fastrak) {
@@ -192,6 +210,7 @@ void announce(const Addresses& addresses, bool json, bool to_standard_error) {
     std::fflush(stdout);
 }
 
+#ifdef TRICOIL_WITH_WEB
 /// Writes the link with the token to a file that only the user can read, or prints it with the addresses. It is never logged.
 void publish_link(const ServeCommand& command, const std::string& link, Addresses& addresses) {
     if (command.open_controls || command.read_only) {
@@ -205,6 +224,7 @@ void publish_link(const ServeCommand& command, const std::string& link, Addresse
         addresses["web_controls"] = link;
     }
 }
+#endif
 
 /// Passes the clients' requests to the running loop. A request for an unknown sensor, or with a number that is not finite, has no
 /// effect.
@@ -258,10 +278,20 @@ nlohmann::ordered_json source_of(const RunCommand& run) {
     return is_on_device(run) ? linux_board::describe_source(device_options(run).config) : describe_source(run.options);
 }
 
+void check_components(const ServeCommand& command) {
+    const auto check = [](Component component, const char* option, bool is_given) {
+        if (is_given) {
+            require(component, option);
+        }
+    };
+    check(Component::openigtlink, "--openigtlink", !command.openigtlink.empty() || !command.igtl_names.empty());
+    check(Component::osc, "--osc", !command.osc.empty());
+    check(Component::web, "--websocket", !command.websocket.empty() || !command.origins.empty());
+    check(Component::web, "--web", !command.web.empty());
+}
+
 int run_serve(const ServeCommand& command) {
-    if (!command.web.empty() && web::kPage.empty()) {
-        throw InputError("serve: this program was built without the live page (TRICOIL_WEB=OFF)");
-    }
+    check_components(command);
     refuse_fixed_method(command.run->options.tracker);
     TrackerControl control;
     Server server;
@@ -271,6 +301,7 @@ int run_serve(const ServeCommand& command) {
     add_outputs(command, access.controls, server, control, addresses);
     add_button(command, server);
     RecordingSwitch recordings(command.record_folder, source_of(*command.run));
+#ifdef TRICOIL_WITH_WEB
     std::optional<web::WebServer> page;
     if (!command.web.empty()) {
         const TcpAddress address = parse_tcp_address("--web", command.web);
@@ -279,6 +310,7 @@ int run_serve(const ServeCommand& command) {
         addresses["web"] = page->url();
         publish_link(command, page->control_url(), addresses);
     }
+#endif
     const bool to_standard_output = prints_poses(command);
     if (addresses.empty() && !to_standard_output) {
         throw InputError("serve: no output; add --fastrak, --openigtlink, --json-lines, --websocket, --osc or --web");
@@ -322,9 +354,8 @@ int serve_json_lines(const std::shared_ptr<RunCommand>& run) {
     return run_serve(command);
 }
 
-void add_serve_command(CLI::App& program, Action& action) {
+void add_serve_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ServeCommand>();
-    CLI::App* sub = program.add_subcommand("serve", "Track, and send poses to other programs");
     sub->option_defaults()->group("Outputs");
     sub->add_option("--fastrak", command->fastrak,
                     "Emulate a Polhemus FASTRAK on pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT; repeatable")

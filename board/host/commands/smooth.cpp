@@ -107,10 +107,8 @@ int smooth(const SmoothCommand& command) {
 
 }  // namespace
 
-void add_smooth_command(CLI::App& program, Action& action) {
+void add_smooth_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<SmoothCommand>();
-    CLI::App* sub =
-        program.add_subcommand("smooth", "Best estimate of a recorded motion: each pose from the columns before and after it");
     sub->add_option("recording", command->recording, "Folder written by run --record")
         ->required()
         ->check(refuse_empty)

@@ -7,7 +7,7 @@
 namespace tricoil::virtual_board {
 namespace {
 
-constexpr int kIdle = 256;  // lower than every priority
+constexpr int kNoPriority = 256;  // lower than every priority
 // Offsets from 0xE000E100.
 constexpr std::uint32_t kSetEnable = 0x000;
 constexpr std::uint32_t kClearEnable = 0x080;
@@ -60,7 +60,7 @@ int Nvic::most_urgent() const {
     if (urgent_ != kUnknown) {
         return urgent_;
     }
-    int running = kIdle;
+    int running = kNoPriority;
     int best = 0;
     for (int e = kNmi; e < kExceptions; ++e) {
         const State& s = state(e);
@@ -80,7 +80,7 @@ int Nvic::to_take(const Masks& masks) const {
     if (best == 0) {
         return 0;
     }
-    int limit = kIdle;
+    int limit = kNoPriority;
     if (masks.basepri != 0) {
         limit = static_cast<int>(masks.basepri & ~((2U << group_) - 1U) & 0xFFU);
     }

@@ -6,7 +6,7 @@
 #include "sim/virtual_board/peripherals/adc_registers.hpp"
 
 namespace tricoil::virtual_board {
-namespace {
+namespace adc {
 
 constexpr std::uint32_t kIsr = 0x00;
 constexpr std::uint32_t kIer = 0x04;
@@ -57,7 +57,7 @@ constexpr std::array<int, 4> kConverting2{25, 21, 17, 13};
 constexpr std::array<unsigned, 4> kLeftShifts{4, 6, 8, 2};
 constexpr double kMaxIdleS = 1e-3;  // ES0430 2.7.10
 
-}  // namespace
+}  // namespace adc
 
 Adc::Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& params)
     : machine_(machine),
@@ -68,13 +68,13 @@ Adc::Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& p
       ready_(machine.events,
              [this] {
                  is_ready_ = true;
-                 flags_ |= 1U << kReady;
+                 flags_ |= 1U << adc::kReady;
                  show_interrupt();
              }),
       calibrated_(machine.events,
                   [this] {
-                      control_ &= ~(1U << kCalibrate);
-                      registers_.at(kCalibration) = 0x40;
+                      control_ &= ~(1U << adc::kCalibrate);
+                      registers_.at(adc::kCalibration) = 0x40;
                       converted_ = machine_.now();
                   }),
       finished_(machine.events, [this] { finish(); }) {
@@ -84,19 +84,20 @@ Adc::Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& p
 
 unsigned Adc::channel() const {
     const unsigned place = rank_ + 1;  // SQR1 begins with the length
-    return field(registers_[kSqr1 + 4 * (place / 5)], 6 * (place % 5), 5);
+    return field(registers_[adc::kSqr1 + 4 * (place / 5)], 6 * (place % 5), 5);
 }
 
 Ticks Adc::sampling_time() const {
     const unsigned n = channel();
-    const std::uint32_t code = n < 10 ? field(registers_[kSmpr1], 3 * n, 3) : field(registers_[kSmpr2], 3 * (n - 10), 3);
-    return kSampling2[code] * common_.clock() / 2;
+    const std::uint32_t code =
+        n < 10 ? field(registers_[adc::kSmpr1], 3 * n, 3) : field(registers_[adc::kSmpr2], 3 * (n - 10), 3);
+    return adc::kSampling2[code] * common_.clock() / 2;
 }
 
-bool Adc::is_by_software() const { return field(registers_[kCfgr], 10, 2) == 0; }
+bool Adc::is_by_software() const { return field(registers_[adc::kCfgr], 10, 2) == 0; }
 
 void Adc::trigger(unsigned source) {
-    const std::uint32_t cfgr = registers_[kCfgr];
+    const std::uint32_t cfgr = registers_[adc::kCfgr];
     if (!runs() || is_by_software() || field(cfgr, 5, 5) != source) {
         return;
     }
@@ -111,20 +112,20 @@ void Adc::trigger(unsigned source) {
 
 void Adc::convert() {
     if (!stuck_) {
-        const Ticks converting = kConverting2[field(registers_[kCfgr], 3, 2)] * common_.clock() / 2;
+        const Ticks converting = adc::kConverting2[field(registers_[adc::kCfgr], 3, 2)] * common_.clock() / 2;
         finished_.in(sampling_time() + converting);
     }
 }
 
-bool Adc::may_be_wrong() const { return !converted_ || machine_.now() - *converted_ > ticks(kMaxIdleS); }
+bool Adc::may_be_wrong() const { return !converted_ || machine_.now() - *converted_ > ticks(adc::kMaxIdleS); }
 
 /// Gain, offset and alignment of a result.
 std::uint32_t Adc::corrected(std::uint32_t code) const {
-    const std::uint32_t cfgr = registers_[kCfgr];
-    if (is_set(registers_[kCfgr2], kGainOn)) {
-        code = std::min(code * registers_[kGain] / 4096, 0xFFFFU);
+    const std::uint32_t cfgr = registers_[adc::kCfgr];
+    if (is_set(registers_[adc::kCfgr2], adc::kGainOn)) {
+        code = std::min(code * registers_[adc::kGain] / 4096, 0xFFFFU);
     }
-    for (std::uint32_t offset = kOffset1; offset < kOffset1 + 16; offset += 4) {
+    for (std::uint32_t offset = adc::kOffset1; offset < adc::kOffset1 + 16; offset += 4) {
         const std::uint32_t setting = registers_[offset];
         if (is_set(setting, 31) && field(setting, 26, 5) == channel()) {
             const std::uint32_t shift = 2 * field(cfgr, 3, 2);
@@ -133,49 +134,49 @@ std::uint32_t Adc::corrected(std::uint32_t code) const {
             code = saturates && static_cast<std::int32_t>(code) < 0 ? 0 : code;
         }
     }
-    const bool left = is_set(cfgr, kAlignLeft) && !is_set(registers_[kCfgr2], kOversample);
-    return (left ? code << kLeftShifts[field(cfgr, 3, 2)] : code) & 0xFFFFU;
+    const bool left = is_set(cfgr, adc::kAlignLeft) && !is_set(registers_[adc::kCfgr2], adc::kOversample);
+    return (left ? code << adc::kLeftShifts[field(cfgr, 3, 2)] : code) & 0xFFFFU;
 }
 
 void Adc::finish() {
-    const std::uint32_t resolution = field(registers_[kCfgr], 3, 2);
-    const Ticks held = machine_.now() - kConverting2[resolution] * common_.clock() / 2;
+    const std::uint32_t resolution = field(registers_[adc::kCfgr], 3, 2);
+    const Ticks held = machine_.now() - adc::kConverting2[resolution] * common_.clock() / 2;
     std::uint32_t code = sample ? sample(held) : 0;
     code ^= may_be_wrong() ? first_error_ : 0U;
     code >>= 2 * resolution;
     converted_ = machine_.now();
-    flags_ |= 1U << kEndOfSampling;
-    if (!is_set(registers_[kCfgr2], kOversample)) {
+    flags_ |= 1U << adc::kEndOfSampling;
+    if (!is_set(registers_[adc::kCfgr2], adc::kOversample)) {
         store_result(corrected(code));
         return;
     }
     sum_ += code;
-    const unsigned ratio = 2U << field(registers_[kCfgr2], 2, 3);
+    const unsigned ratio = 2U << field(registers_[adc::kCfgr2], 2, 3);
     if (++summed_ == ratio) {
-        const std::uint32_t result = sum_ >> field(registers_[kCfgr2], 5, 4) & 0xFFFFU;
+        const std::uint32_t result = sum_ >> field(registers_[adc::kCfgr2], 5, 4) & 0xFFFFU;
         sum_ = 0;
         summed_ = 0;
         store_result(corrected(result));
-    } else if (!is_set(registers_[kCfgr2], kTriggerEach)) {
+    } else if (!is_set(registers_[adc::kCfgr2], adc::kTriggerEach)) {
         convert();
     }
 }
 
 void Adc::store_result(std::uint32_t result) {
     check_watchdog(result);
-    const std::uint32_t cfgr = registers_[kCfgr];
-    const bool unread = is_set(flags_, kEndOfConversion);
-    flags_ |= flag(unread, kOverrun);
+    const std::uint32_t cfgr = registers_[adc::kCfgr];
+    const bool unread = is_set(flags_, adc::kEndOfConversion);
+    flags_ |= flag(unread, adc::kOverrun);
     // Without OVRMOD the unread result stays, and later ones are lost until the flag is cleared (RM0440, ADC overrun).
-    if (!is_set(flags_, kOverrun) || is_set(cfgr, kOverwrite)) {
-        registers_.at(kDr) = result;
+    if (!is_set(flags_, adc::kOverrun) || is_set(cfgr, adc::kOverwrite)) {
+        registers_.at(adc::kDr) = result;
     }
-    flags_ |= 1U << kEndOfConversion;
+    flags_ |= 1U << adc::kEndOfConversion;
     if (on_result) {
         on_result(result);
     }
-    if (is_set(cfgr, kDma) &&
-        !is_set(flags_, kOverrun)) {  // after an overrun there are no more requests until the flag is cleared
+    if (is_set(cfgr, adc::kDma) &&
+        !is_set(flags_, adc::kOverrun)) {  // after an overrun there are no more requests until the flag is cleared
         waits_ = !dma_.request(params_.request);
     }
     advance_sequence();
@@ -183,82 +184,83 @@ void Adc::store_result(std::uint32_t result) {
 }
 
 void Adc::advance_sequence() {
-    const std::uint32_t cfgr = registers_[kCfgr];
-    const bool last = rank_ == field(registers_[kSqr1], 0, 4);
+    const std::uint32_t cfgr = registers_[adc::kCfgr];
+    const bool last = rank_ == field(registers_[adc::kSqr1], 0, 4);
     rank_ = last ? 0 : rank_ + 1;
-    flags_ |= flag(last, kEndOfSequence);
-    if (waits_ && !is_set(cfgr, kDmaEndless)) {  // the DMA has moved its last item
+    flags_ |= flag(last, adc::kEndOfSequence);
+    if (waits_ && !is_set(cfgr, adc::kDmaEndless)) {  // the DMA has moved its last item
         rank_ = 0;
         return;
     }
     if (!runs()) {
         return;
     }
-    if (!last || is_set(cfgr, kContinuous)) {
+    if (!last || is_set(cfgr, adc::kContinuous)) {
         convert();
     } else if (is_by_software()) {
-        control_ &= ~(1U << kStart);
+        control_ &= ~(1U << adc::kStart);
     }
 }
 
 void Adc::check_watchdog(std::uint32_t result) {
-    const std::uint32_t cfgr = registers_[kCfgr];
+    const std::uint32_t cfgr = registers_[adc::kCfgr];
     const bool is_watched = is_set(cfgr, 23) && (!is_set(cfgr, 22) || field(cfgr, 26, 5) == channel());
-    const bool oversamples = is_set(registers_[kCfgr2], kOversample);
-    const std::uint32_t seen = oversamples                ? result >> 4U
-                               : is_set(cfgr, kAlignLeft) ? result >> (kLeftShifts[field(cfgr, 3, 2)] - 2 * field(cfgr, 3, 2))
-                                                          : result << 2 * field(cfgr, 3, 2);
-    const std::uint32_t limits = registers_[kTr1];
+    const bool oversamples = is_set(registers_[adc::kCfgr2], adc::kOversample);
+    const std::uint32_t seen = oversamples ? result >> 4U
+                               : is_set(cfgr, adc::kAlignLeft)
+                                   ? result >> (adc::kLeftShifts[field(cfgr, 3, 2)] - 2 * field(cfgr, 3, 2))
+                                   : result << 2 * field(cfgr, 3, 2);
+    const std::uint32_t limits = registers_[adc::kTr1];
     if (is_watched && (seen < field(limits, 0, 12) || seen > field(limits, 16, 12))) {
-        flags_ |= 1U << kWatchdog1;
+        flags_ |= 1U << adc::kWatchdog1;
     }
 }
 
-void Adc::show_interrupt() { machine_.nvic.set_level(params_.interrupt, (flags_ & registers_[kIer]) != 0); }
+void Adc::show_interrupt() { machine_.nvic.set_level(params_.interrupt, (flags_ & registers_[adc::kIer]) != 0); }
 
-bool Adc::is_powered() const { return is_set(control_, kRegulator) && !is_set(control_, kDeepPowerDown); }
+bool Adc::is_powered() const { return is_set(control_, adc::kRegulator) && !is_set(control_, adc::kDeepPowerDown); }
 
 void Adc::power(std::uint32_t value) {
-    constexpr std::uint32_t kPowers = 1U << kRegulator | 1U << kDeepPowerDown;
+    constexpr std::uint32_t kPowers = 1U << adc::kRegulator | 1U << adc::kDeepPowerDown;
     control_ = (control_ & ~kPowers) | (value & kPowers);
     if (!is_powered()) {
         regulated_from_.reset();
     } else if (!regulated_from_) {
-        regulated_from_ = machine_.now() + ticks(kRegulatorStartS);
+        regulated_from_ = machine_.now() + ticks(adc::kRegulatorStartS);
     }
 }
 
 void Adc::calibrate() {
-    if (!is_powered() || is_set(control_, kEnable)) {
+    if (!is_powered() || is_set(control_, adc::kEnable)) {
         throw RunFailure("calibration requires the regulator to be on and the converter to be disabled");
     }
     if (machine_.now() < *regulated_from_) {
         throw RunFailure("calibration starts before the regulator is ready");
     }
-    control_ |= 1U << kCalibrate;
-    calibrated_.in(kCalibrationCycles * common_.clock());
+    control_ |= 1U << adc::kCalibrate;
+    calibrated_.in(adc::kCalibrationCycles * common_.clock());
 }
 
 void Adc::enable() {
-    if (!is_powered() || is_set(control_, kCalibrate)) {
+    if (!is_powered() || is_set(control_, adc::kCalibrate)) {
         throw RunFailure("converter is enabled without its regulator, or during calibration");
     }
-    if (static_cast<double>(kTicksPerSecond) > kMaxHz * static_cast<double>(common_.clock())) {
+    if (static_cast<double>(kTicksPerSecond) > adc::kMaxHz * static_cast<double>(common_.clock())) {
         throw RunFailure("the converter clock is above 60 MHz");
     }
-    control_ |= 1U << kEnable;
+    control_ |= 1U << adc::kEnable;
     is_ready_ = false;
-    ready_.in(ticks(kReadyS));
+    ready_.in(ticks(adc::kReadyS));
 }
 
 void Adc::start() {
-    if (!is_set(control_, kEnable) || !is_ready_) {
+    if (!is_set(control_, adc::kEnable) || !is_ready_) {
         throw RunFailure("conversion starts before ADRDY");
     }
     if (runs()) {
         return;
     }
-    control_ |= 1U << kStart;
+    control_ |= 1U << adc::kStart;
     sum_ = 0;
     summed_ = 0;
     rank_ = 0;
@@ -269,7 +271,7 @@ void Adc::start() {
 }
 
 void Adc::stop() {
-    control_ &= ~(1U << kStart);
+    control_ &= ~(1U << adc::kStart);
     finished_.cancel();
     converted_.reset();
     rank_ = 0;
@@ -277,40 +279,40 @@ void Adc::stop() {
 
 void Adc::control(std::uint32_t value) {
     power(value);
-    if (is_set(value, kCalibrate)) {
+    if (is_set(value, adc::kCalibrate)) {
         calibrate();
         return;
     }
-    if (is_set(value, kEnable) && !is_set(control_, kEnable)) {
+    if (is_set(value, adc::kEnable) && !is_set(control_, adc::kEnable)) {
         enable();
     }
-    if (is_set(value, kDisable)) {
+    if (is_set(value, adc::kDisable)) {
         if (runs()) {
             throw RunFailure("the converter is disabled (ADDIS) while it converts; stop it with ADSTP first");
         }
-        control_ &= ~(1U << kEnable);
+        control_ &= ~(1U << adc::kEnable);
         is_ready_ = false;
         ready_.cancel();
     }
-    if (is_set(value, kStart)) {
+    if (is_set(value, adc::kStart)) {
         start();
     }
-    if (is_set(value, kStop) && runs()) {
+    if (is_set(value, adc::kStop) && runs()) {
         stop();
     }
 }
 
 std::uint32_t Adc::read(std::uint32_t offset) {
     switch (offset) {
-        case kIsr:
+        case adc::kIsr:
             return flags_;
-        case kCr:
+        case adc::kCr:
             return control_;
-        case kDr:  // takes the result, so nothing is left for the DMA
-            flags_ &= ~(1U << kEndOfConversion);
+        case adc::kDr:  // takes the result, so nothing is left for the DMA
+            flags_ &= ~(1U << adc::kEndOfConversion);
             waits_ = false;
             show_interrupt();
-            return registers_[kDr];
+            return registers_[adc::kDr];
         default:
             return registers_.at(offset);
     }
@@ -318,18 +320,18 @@ std::uint32_t Adc::read(std::uint32_t offset) {
 
 void Adc::write(std::uint32_t offset, std::uint32_t value) {
     registers_.check(offset, value);
-    const bool set_up = offset != kIsr && offset != kIer && offset != kCr && offset != kTr1;
+    const bool set_up = offset != adc::kIsr && offset != adc::kIer && offset != adc::kCr && offset != adc::kTr1;
     if (set_up && runs()) {
         throw RunFailure("register is written while conversions run");
     }
     switch (offset) {
-        case kIsr:
+        case adc::kIsr:
             flags_ &= ~value;
             break;
-        case kCr:
+        case adc::kCr:
             control(value);
             break;
-        case kDr:
+        case adc::kDr:
             throw RunFailure("DR is read-only");
         default:
             registers_.at(offset) = value;
@@ -339,7 +341,7 @@ void Adc::write(std::uint32_t offset, std::uint32_t value) {
 
 void Adc::reset() {
     registers_.reset();
-    control_ = 1U << kDeepPowerDown;
+    control_ = 1U << adc::kDeepPowerDown;
     regulated_from_.reset();
     flags_ = 0;
     sum_ = 0;

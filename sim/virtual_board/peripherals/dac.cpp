@@ -1,7 +1,7 @@
 #include "sim/virtual_board/peripherals/dac.hpp"
 
 namespace tricoil::virtual_board {
-namespace {
+namespace dac {
 
 constexpr std::uint32_t kCr = 0x00;
 constexpr std::uint32_t kSoftware = 0x04;  // SWTRIGR
@@ -19,7 +19,7 @@ constexpr unsigned kUnderrun = 13;
 constexpr unsigned kReady = 11;
 constexpr double kFastBusHz = 160e6;
 
-}  // namespace
+}  // namespace dac
 
 Dac::Dac(Machine& machine, Dma& dma, InterruptLine interrupt, std::array<unsigned, 2> requests, std::function<double()> core_hz)
     : machine_(machine),
@@ -27,20 +27,20 @@ Dac::Dac(Machine& machine, Dma& dma, InterruptLine interrupt, std::array<unsigne
       interrupt_(interrupt),
       requests_(requests),
       core_hz_(std::move(core_hz)),
-      registers_{{kCr, 0, "CR", 0x3F3F3F3F, "WAVE1@6-7 CEN1@14 WAVE2@22-23 CEN2@30"},
-                 {kSoftware, 0, "SWTRIGR", 0x3, "SWTRIGB1@16 SWTRIGB2@17"},
-                 {kHold1, 0, "DHR12R1", 0xFFFF, "DACC1DHRB@16-27"},
+      registers_{{dac::kCr, 0, "CR", 0x3F3F3F3F, "WAVE1@6-7 CEN1@14 WAVE2@22-23 CEN2@30"},
+                 {dac::kSoftware, 0, "SWTRIGR", 0x3, "SWTRIGB1@16 SWTRIGB2@17"},
+                 {dac::kHold1, 0, "DHR12R1", 0xFFFF, "DACC1DHRB@16-27"},
                  {0x0C, 0, "DHR12L1", 0xFFFF, "DACC1DHRB@20-31"},
                  {0x10, 0, "DHR8R1", 0xFF, "DACC1DHRB@8-15"},
-                 {kHold2, 0, "DHR12R2", 0xFFFF, "DACC2DHRB@16-27"},
+                 {dac::kHold2, 0, "DHR12R2", 0xFFFF, "DACC2DHRB@16-27"},
                  {0x18, 0, "DHR12L2", 0xFFFF, "DACC2DHRB@20-31"},
                  {0x1C, 0, "DHR8R2", 0xFF, "DACC2DHRB@8-15"},
-                 {kHoldBoth, 0, "DHR12RD", kAllBits},
+                 {dac::kHoldBoth, 0, "DHR12RD", kAllBits},
                  {0x24, 0, "DHR12LD", kAllBits},
                  {0x28, 0, "DHR8RD", 0xFFFF},
-                 {kOutput1, 0, "DOR1", kAllBits},
-                 {kOutput2, 0, "DOR2", kAllBits},
-                 {kSr, 0, "SR", kAllBits},
+                 {dac::kOutput1, 0, "DOR1", kAllBits},
+                 {dac::kOutput2, 0, "DOR2", kAllBits},
+                 {dac::kSr, 0, "SR", kAllBits},
                  {0x38, 0, "CCR", 0, "OTRIM1@0-4 OTRIM2@16-20"},
                  {0x40, 0, "SHSR1", 0, "TSAMPLE1@0-9"},
                  {0x44, 0, "SHSR2", 0, "TSAMPLE2@0-9"},
@@ -49,12 +49,12 @@ Dac::Dac(Machine& machine, Dma& dma, InterruptLine interrupt, std::array<unsigne
                  {0x58, 0, "STR1", 0, "STRSTDATA1@0-11 STDIR1@12 STINCDATA1@16-31"},
                  {0x5C, 0, "STR2", 0, "STRSTDATA2@0-11 STDIR2@12 STINCDATA2@16-31"},
                  {0x60, 0, "STMODR", 0, "STRSTTRIGSEL1@0-3 STINCTRIGSEL1@8-11 STRSTTRIGSEL2@16-19 STINCTRIGSEL2@24-27"},
-                 {kMcr, 0, "MCR", 0x0007C007, "DMADOUBLE1@8 SINFORMAT1@9 DMADOUBLE2@24 SINFORMAT2@25"}} {}
+                 {dac::kMcr, 0, "MCR", 0x0007C007, "DMADOUBLE1@8 SINFORMAT1@9 DMADOUBLE2@24 SINFORMAT2@25"}} {}
 
 void Dac::trigger(unsigned source) {
     for (unsigned n = 0; n < 2; ++n) {
-        const std::uint32_t control = field(registers_[kCr], 16 * n, 16);
-        if (!is_set(control, 0) || !is_set(control, kTriggered) || field(control, 2, 4) != source) {
+        const std::uint32_t control = field(registers_[dac::kCr], 16 * n, 16);
+        if (!is_set(control, 0) || !is_set(control, dac::kTriggered) || field(control, 2, 4) != source) {
             continue;
         }
         trigger_channel(n);
@@ -63,7 +63,7 @@ void Dac::trigger(unsigned source) {
 
 void Dac::trigger_channel(unsigned channel) {
     outputs_[channel] = held_[channel];
-    if (is_set(registers_[kCr], 16 * channel + kDma) && !underrun_[channel]) {
+    if (is_set(registers_[dac::kCr], 16 * channel + dac::kDma) && !underrun_[channel]) {
         underrun_[channel] = waits_[channel];
         waits_[channel] = !dma_.request(requests_[channel]);
         if (underrun_[channel]) {
@@ -73,47 +73,47 @@ void Dac::trigger_channel(unsigned channel) {
 }
 
 void Dac::show_interrupt() {
-    const std::uint32_t cr = registers_[kCr];
-    const bool wanted = (underrun_[0] && is_set(cr, kUnderrun)) || (underrun_[1] && is_set(cr, 16 + kUnderrun));
+    const std::uint32_t cr = registers_[dac::kCr];
+    const bool wanted = (underrun_[0] && is_set(cr, dac::kUnderrun)) || (underrun_[1] && is_set(cr, 16 + dac::kUnderrun));
     machine_.nvic.set_level(interrupt_, wanted);
 }
 
 void Dac::hold(unsigned channel, std::uint32_t code) {
     held_[channel] = code & 0xFFFU;
     waits_[channel] = false;
-    if (!is_set(registers_[kCr], 16 * channel + kTriggered)) {
+    if (!is_set(registers_[dac::kCr], 16 * channel + dac::kTriggered)) {
         outputs_[channel] = held_[channel];
     }
 }
 
 /// Registers of a channel: right-aligned, left-aligned, 8 bits; then those of both channels.
 void Dac::hold_aligned(std::uint32_t offset, std::uint32_t value) {
-    const std::uint32_t alignment = (offset - kHold1) / 4 % 3;
+    const std::uint32_t alignment = (offset - dac::kHold1) / 4 % 3;
     const unsigned width = alignment == 2 ? 8 : 16;
     const auto code = [alignment](std::uint32_t bits) {
         return alignment == 1 ? bits >> 4U : alignment == 2 ? bits << 4U : bits;
     };
-    if (offset >= kHoldBoth) {
+    if (offset >= dac::kHoldBoth) {
         hold(0, code(field(value, 0, width)));
         hold(1, code(field(value, width, width)));
     } else {
-        hold(offset < kHold2 ? 0 : 1, code(value));
+        hold(offset < dac::kHold2 ? 0 : 1, code(value));
     }
 }
 
 std::uint32_t Dac::read(std::uint32_t offset) {
     switch (offset) {
-        case kHold1:
+        case dac::kHold1:
             return held_[0];
-        case kHold2:
+        case dac::kHold2:
             return held_[1];
-        case kOutput1:
+        case dac::kOutput1:
             return outputs_[0];
-        case kOutput2:
+        case dac::kOutput2:
             return outputs_[1];
-        case kSr:
-            return flag(is_on(0), kReady) | flag(is_on(1), 16 + kReady) | flag(underrun_[0], kUnderrun) |
-                   flag(underrun_[1], 16 + kUnderrun);
+        case dac::kSr:
+            return flag(is_on(0), dac::kReady) | flag(is_on(1), 16 + dac::kReady) | flag(underrun_[0], dac::kUnderrun) |
+                   flag(underrun_[1], 16 + dac::kUnderrun);
         default:
             return registers_.at(offset);
     }
@@ -121,30 +121,30 @@ std::uint32_t Dac::read(std::uint32_t offset) {
 
 void Dac::write(std::uint32_t offset, std::uint32_t value) {
     registers_.check(offset, value);
-    if (offset >= kHold1 && offset <= 0x28) {
+    if (offset >= dac::kHold1 && offset <= 0x28) {
         hold_aligned(offset, value);
         return;
     }
     switch (offset) {
-        case kSoftware:
+        case dac::kSoftware:
             for (unsigned n = 0; n < 2; ++n) {
-                const std::uint32_t control = field(registers_[kCr], 16 * n, 16);
-                if (is_set(value, n) && is_set(control, 0) && is_set(control, kTriggered) && field(control, 2, 4) == 0) {
+                const std::uint32_t control = field(registers_[dac::kCr], 16 * n, 16);
+                if (is_set(value, n) && is_set(control, 0) && is_set(control, dac::kTriggered) && field(control, 2, 4) == 0) {
                     trigger_channel(n);
                 }
             }
             break;
-        case kSr:
+        case dac::kSr:
             for (unsigned n = 0; n < 2; ++n) {
-                underrun_[n] = underrun_[n] && !is_set(value, 16 * n + kUnderrun);
+                underrun_[n] = underrun_[n] && !is_set(value, 16 * n + dac::kUnderrun);
                 waits_[n] = waits_[n] && underrun_[n];
             }
             break;
-        case kCr:
-            if ((value & 0x00010001U) != 0 && core_hz_() > kFastBusHz && field(registers_[kMcr], 14, 2) != 2) {
+        case dac::kCr:
+            if ((value & 0x00010001U) != 0 && core_hz_() > dac::kFastBusHz && field(registers_[dac::kMcr], 14, 2) != 2) {
                 throw RunFailure("MCR.HFSEL must be 2 with a bus above 160 MHz");
             }
-            registers_.at(kCr) = value;
+            registers_.at(dac::kCr) = value;
             break;
         default:
             registers_.at(offset) = value;
@@ -153,7 +153,7 @@ void Dac::write(std::uint32_t offset, std::uint32_t value) {
 }
 
 void Dac::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
-    if (offset < kHold1 || offset > 0x28 || (offset & 3U) != 0) {
+    if (offset < dac::kHold1 || offset > 0x28 || (offset & 3U) != 0) {
         Peripheral::write_narrow(offset, value, bytes);
     }
     write(offset, value);

@@ -5,7 +5,7 @@
 #include <cstring>
 
 namespace tricoil::virtual_board {
-namespace {
+namespace dma {
 
 constexpr unsigned kEnable = 0;
 constexpr unsigned kFromMemory = 4;
@@ -33,6 +33,10 @@ constexpr std::array<Register, 6> kRegisters{{{0x00, 0, "ISR", kAllBits, ""},
                                               {0x14, 0, "CMAR", kAllBits, ""}}};
 constexpr Register kRoute{0x00, 0, "CxCR", 0x7F, "SOIE@8 EGE@9 SE@16 SPOL@17-18 NBREQ@19-23 SYNC_ID@24-28"};
 constexpr std::array<Register, 3> kRoutes{{kRoute, {kStatus, 0, "CSR", 0, ""}, {kClearFlags, 0, "CFR", kAllBits, ""}}};
+
+}  // namespace dma
+
+namespace {
 
 unsigned bytes(std::uint32_t size) {
     if (size > 2) {
@@ -63,7 +67,7 @@ void Dma::enabled(unsigned id) {
 }
 
 std::uint32_t Dma::Multiplexer::read(std::uint32_t offset) {
-    if (offset == kStatus || offset == kClearFlags) {
+    if (offset == dma::kStatus || offset == dma::kClearFlags) {
         return 0;
     }
     if (offset >= 4 * requests.size()) {
@@ -73,23 +77,23 @@ std::uint32_t Dma::Multiplexer::read(std::uint32_t offset) {
 }
 
 void Dma::Multiplexer::write(std::uint32_t offset, std::uint32_t value) {
-    if (offset == kClearFlags) {
+    if (offset == dma::kClearFlags) {
         return;  // of synchronisation overruns, which do not occur
     }
     if (offset >= 4 * requests.size()) {
         throw RunFailure("request generators are not in this model");
     }
-    kRoute.check(value);
+    dma::kRoute.check(value);
     requests[offset / 4] = value;
 }
 
-std::span<const Register> Dma::Multiplexer::registers() const { return kRoutes; }
+std::span<const Register> Dma::Multiplexer::registers() const { return dma::kRoutes; }
 
-std::span<const Register> Dma::Controller::registers() const { return kRegisters; }
+std::span<const Register> Dma::Controller::registers() const { return dma::kRegisters; }
 
 bool Dma::Controller::accepts(unsigned channel) const {
     const Channel& c = channels_[channel];
-    return is_set(c.control, kEnable) && !is_set(c.control, kMemoryToMemory) && c.left > 0;
+    return is_set(c.control, dma::kEnable) && !is_set(c.control, dma::kMemoryToMemory) && c.left > 0;
 }
 
 std::uint32_t Dma::Controller::fetch(std::uint32_t address, unsigned bytes) {
@@ -117,9 +121,9 @@ void Dma::Controller::store(std::uint32_t address, std::uint32_t value, unsigned
 void Dma::Controller::copy(const Channel& c) {
     const unsigned there = bytes(field(c.control, 8, 2));
     const unsigned here = bytes(field(c.control, 10, 2));
-    const std::uint32_t peripheral = c.peripheral + (is_set(c.control, kPeripheralMoves) ? c.at * there : 0);
-    const std::uint32_t memory = c.memory + (is_set(c.control, kMemoryMoves) ? c.at * here : 0);
-    if (is_set(c.control, kFromMemory)) {
+    const std::uint32_t peripheral = c.peripheral + (is_set(c.control, dma::kPeripheralMoves) ? c.at * there : 0);
+    const std::uint32_t memory = c.memory + (is_set(c.control, dma::kMemoryMoves) ? c.at * here : 0);
+    if (is_set(c.control, dma::kFromMemory)) {
         store(peripheral, fetch(memory, here), there);
     } else {
         store(memory, fetch(peripheral, there), here);
@@ -132,12 +136,12 @@ void Dma::Controller::move(unsigned channel) {
     ++c.at;
     --c.left;
     if (c.left == c.reload / 2) {
-        flags_ |= 1U << (4 * channel + kHalf);
+        flags_ |= 1U << (4 * channel + dma::kHalf);
     }
     if (c.left == 0) {
-        flags_ |= 1U << (4 * channel + kComplete);
+        flags_ |= 1U << (4 * channel + dma::kComplete);
         c.at = 0;
-        c.left = is_set(c.control, kCircular) ? c.reload : 0;
+        c.left = is_set(c.control, dma::kCircular) ? c.reload : 0;
     }
     show_interrupt(channel);
 }
@@ -145,8 +149,8 @@ void Dma::Controller::move(unsigned channel) {
 void Dma::Controller::enable(unsigned channel) {
     Channel& c = channels_[channel];
     c.at = 0;
-    if (is_set(c.control, kMemoryToMemory)) {
-        if (is_set(c.control, kCircular)) {
+    if (is_set(c.control, dma::kMemoryToMemory)) {
+        if (is_set(c.control, dma::kCircular)) {
             throw RunFailure("CCR: CIRC and MEM2MEM exclude each other");
         }
         while (c.left > 0) {
@@ -160,16 +164,16 @@ void Dma::Controller::enable(unsigned channel) {
 void Dma::Controller::show_interrupt(unsigned channel) {
     const std::uint32_t mine = field(flags_, 4 * channel, 4) & 0xEU;
     flags_ = mine != 0 ? flags_ | 1U << 4 * channel : flags_ & ~(1U << 4 * channel);
-    dma_.machine_.nvic.set_level(kLines[number_][channel], (mine & channels_[channel].control & 0xEU) != 0);
+    dma_.machine_.nvic.set_level(dma::kLines[number_][channel], (mine & channels_[channel].control & 0xEU) != 0);
 }
 
 std::uint32_t& Dma::Controller::word(std::uint32_t offset) {
-    const std::uint32_t n = (offset - kFirst) / kStep;
-    if (offset < kFirst || n >= kChannels) {
+    const std::uint32_t n = (offset - dma::kFirst) / dma::kStep;
+    if (offset < dma::kFirst || n >= kChannels) {
         throw RunFailure("no such register");
     }
     Channel& c = channels_[n];
-    switch ((offset - kFirst) % kStep) {
+    switch ((offset - dma::kFirst) % dma::kStep) {
         case 0:
             return c.control;
         case 4:
@@ -183,10 +187,12 @@ std::uint32_t& Dma::Controller::word(std::uint32_t offset) {
     }
 }
 
-std::uint32_t Dma::Controller::read(std::uint32_t offset) { return offset == 0 ? flags_ : offset == kClear ? 0 : word(offset); }
+std::uint32_t Dma::Controller::read(std::uint32_t offset) {
+    return offset == 0 ? flags_ : offset == dma::kClear ? 0 : word(offset);
+}
 
 void Dma::Controller::write(std::uint32_t offset, std::uint32_t value) {
-    if (offset == kClear) {
+    if (offset == dma::kClear) {
         for (unsigned n = 0; n < kChannels; ++n) {
             const std::uint32_t cleared = field(value, 4 * n, 4);
             flags_ &= ~((is_set(cleared, 0) ? 0xFU : cleared) << 4 * n);
@@ -195,15 +201,15 @@ void Dma::Controller::write(std::uint32_t offset, std::uint32_t value) {
         return;
     }
     std::uint32_t& target = word(offset);
-    const unsigned n = (offset - kFirst) / kStep;
+    const unsigned n = (offset - dma::kFirst) / dma::kStep;
     Channel& c = channels_[n];
     const bool is_control = &target == &c.control;
-    const bool was_enabled = is_set(c.control, kEnable);
+    const bool was_enabled = is_set(c.control, dma::kEnable);
     if (!is_control && was_enabled) {
         throw RunFailure(fmt::format("channel {} is configured while it is enabled", n + 1));
     }
     if (is_control) {
-        kControl.check(value);
+        dma::kControl.check(value);
     }
     target = value;
     if (&target == &c.left) {
@@ -211,7 +217,7 @@ void Dma::Controller::write(std::uint32_t offset, std::uint32_t value) {
         c.reload = target;
     }
     show_interrupt(n);
-    if (is_control && is_set(value, kEnable) && !was_enabled) {
+    if (is_control && is_set(value, dma::kEnable) && !was_enabled) {
         enable(n);
     }
 }

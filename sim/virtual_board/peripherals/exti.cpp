@@ -4,7 +4,7 @@
 #include <utility>
 
 namespace tricoil::virtual_board {
-namespace {
+namespace exti {
 
 constexpr std::uint32_t kInterruptMask = 0x00;
 constexpr std::uint32_t kEventMask = 0x04;
@@ -19,6 +19,10 @@ constexpr std::uint32_t kLines = 0x1FFFF;  // pins and the voltage detector, who
 constexpr std::uint32_t kDirect = 0x16000000;
 constexpr std::uint32_t kUpperDirect = 0x1C;
 
+}  // namespace exti
+
+namespace {
+
 /// Interrupts of groups of lines (RM0440, vector table).
 struct Group {
     std::uint32_t lines;
@@ -31,22 +35,22 @@ constexpr std::array<Group, 8> kGroups{
 
 Exti::Exti(Machine& machine)
     : machine_(machine),
-      registers_{{kInterruptMask, 0x1F840000, "IMR1", kLines | kDirect, kOthers},
-                 {kEventMask, 0, "EMR1", kLines, kOthers},
-                 {kRising, 0, "RTSR1", kLines, kOthers},
-                 {kFalling, 0, "FTSR1", kLines, kOthers},
-                 {kSoftware, 0, "SWIER1", kLines, kOthers},
-                 {kPending, 0, "PR1", kAllBits},
-                 {0x20, 0, "IMR2", kUpperDirect, kUpperOthers},
-                 {0x24, 0, "EMR2", 0, kUpperOthers},
-                 {0x28, 0, "RTSR2", 0, kUpperOthers},
-                 {0x2C, 0, "FTSR2", 0, kUpperOthers},
-                 {0x30, 0, "SWIER2", 0, kUpperOthers},
+      registers_{{exti::kInterruptMask, 0x1F840000, "IMR1", exti::kLines | exti::kDirect, exti::kOthers},
+                 {exti::kEventMask, 0, "EMR1", exti::kLines, exti::kOthers},
+                 {kRising, 0, "RTSR1", exti::kLines, exti::kOthers},
+                 {kFalling, 0, "FTSR1", exti::kLines, exti::kOthers},
+                 {exti::kSoftware, 0, "SWIER1", exti::kLines, exti::kOthers},
+                 {exti::kPending, 0, "PR1", kAllBits},
+                 {0x20, 0, "IMR2", exti::kUpperDirect, exti::kUpperOthers},
+                 {0x24, 0, "EMR2", 0, exti::kUpperOthers},
+                 {0x28, 0, "RTSR2", 0, exti::kUpperOthers},
+                 {0x2C, 0, "FTSR2", 0, exti::kUpperOthers},
+                 {0x30, 0, "SWIER2", 0, exti::kUpperOthers},
                  {0x34, 0, "PR2", kAllBits}} {}
 
 void Exti::trigger(std::uint32_t lines) {
-    registers_.at(kPending) |= lines & registers_[kInterruptMask];
-    if ((lines & registers_[kEventMask]) != 0) {
+    registers_.at(exti::kPending) |= lines & registers_[exti::kInterruptMask];
+    if ((lines & registers_[exti::kEventMask]) != 0) {
         machine_.cpu.signal_event();
     }
     show_interrupts();
@@ -69,7 +73,7 @@ void Exti::check_pins() {
 }
 
 void Exti::show_interrupts() {
-    const std::uint32_t wanted = registers_[kPending] & registers_[kInterruptMask];
+    const std::uint32_t wanted = registers_[exti::kPending] & registers_[exti::kInterruptMask];
     for (const Group& group : kGroups) {
         machine_.nvic.set_level(group.interrupt, (wanted & group.lines) != 0);
     }
@@ -78,14 +82,14 @@ void Exti::show_interrupts() {
 void Exti::write(std::uint32_t offset, std::uint32_t value) {
     registers_.check(offset, value);
     switch (offset) {
-        case kPending:
-            registers_.at(kPending) &= ~value;
-            registers_.at(kSoftware) &= ~value;
+        case exti::kPending:
+            registers_.at(exti::kPending) &= ~value;
+            registers_.at(exti::kSoftware) &= ~value;
             show_interrupts();
             break;
-        case kSoftware: {
-            const std::uint32_t rising = value & ~registers_[kSoftware];
-            registers_.at(kSoftware) |= value;
+        case exti::kSoftware: {
+            const std::uint32_t rising = value & ~registers_[exti::kSoftware];
+            registers_.at(exti::kSoftware) |= value;
             trigger(rising);
             break;
         }

@@ -5,7 +5,7 @@
 #include <utility>
 
 namespace tricoil::virtual_board {
-namespace {
+namespace flash {
 
 constexpr std::uint32_t kKeyr = 0x08;
 constexpr std::uint32_t kSr = 0x10;
@@ -35,19 +35,19 @@ constexpr int kLine = 4;  // interrupt of the flash
 constexpr unsigned kDoubleError = 31;
 constexpr unsigned kCorrectionInterrupt = 24;
 
-}  // namespace
+}  // namespace flash
 
 Flash::Flash(Machine& machine)
     : machine_(machine),
       registers_{{kAcr, 0x00040600, "ACR", 0x45F0F, "RUN_PD@13"},
                  {0x04, 0, "PDKEYR", 0, "PDKEYR@0-31"},
-                 {kKeyr, 0, "KEYR", kAllBits},
+                 {flash::kKeyr, 0, "KEYR", kAllBits},
                  {0x0C, 0, "OPTKEYR", 0, "OPTKEYR@0-31"},
-                 {kSr, 0, "SR", kAllBits},
-                 {kCr, 0xC0000000, "CR", 0xC1018BFB,
+                 {flash::kSr, 0, "SR", kAllBits},
+                 {flash::kCr, 0xC0000000, "CR", 0xC1018BFB,
                   "MER1@2 OPTSTRT@17 FSTPG@18 ERRIE@25 RDERRIE@26 OBL_LAUNCH@27 SEC_PROT1@28 SEC_PROT2@29"},
-                 {kEccr, 0, "ECCR", 0xC0FFFFFF, "ECCCIE@24 ECCC2@28 ECCD2@29"},
-                 {kOptr, Memory::kUserOptions, "OPTR", 0, "OPTR@0-31"},  // option bytes: factory values, read-only
+                 {flash::kEccr, 0, "ECCR", 0xC0FFFFFF, "ECCCIE@24 ECCC2@28 ECCD2@29"},
+                 {flash::kOptr, Memory::kUserOptions, "OPTR", 0, "OPTR@0-31"},  // option bytes: factory values, read-only
                  {0x24, 0xFFFFFFFF, "PCROP1SR", 0, "PCROP1_STRT@0-14"},
                  {0x28, 0xFFFF8000, "PCROP1ER", 0, "PCROP1_END@0-14 PCROP_RDP@31"},
                  {0x2C, 0xFF80FFFF, "WRP1AR", 0, "WRP1A_STRT@0-6 WRP1A_END@16-22"},
@@ -63,24 +63,24 @@ Flash::Flash(Machine& machine)
       interrupt_(machine.events, [this] { std::exchange(on_interrupted_, {})(); }),
       content_(Memory::kBankBytes, 0xFF) {}
 
-bool Flash::is_locked() const { return is_set(registers_[kCr], kLock); }
+bool Flash::is_locked() const { return is_set(registers_[flash::kCr], flash::kLock); }
 
 void Flash::reset() {
     lose_power();  // a reset damages an operation in progress like a power failure
     registers_.reset();
-    registers_.at(kOptr) = options_;
+    registers_.at(flash::kOptr) = options_;
     first_word_.reset();
     keys_ = 0;
 }
 
 void Flash::set_options(std::uint32_t options) {
     options_ = options;
-    registers_.at(kOptr) = options;
+    registers_.at(flash::kOptr) = options;
     machine_.memory.set_options(options);
 }
 
 void Flash::check_banks() const {
-    if (!is_set(options_, kDualBank)) {
+    if (!is_set(options_, flash::kDualBank)) {
         throw RunFailure("bank 2 is accessed, but option DBANK makes the flash one bank, which is not in this model");
     }
 }
@@ -90,15 +90,15 @@ void Flash::interrupt_operation(std::uint64_t n, std::function<void()> act) {
     on_interrupted_ = std::move(act);
 }
 
-void Flash::error(unsigned bit) { registers_.at(kSr) |= 1U << bit; }
+void Flash::error(unsigned bit) { registers_.at(flash::kSr) |= 1U << bit; }
 
 void Flash::begin(Operation operation, double duration_s) {
-    if (is_set(registers_[kAcr], kDataCache)) {
+    if (is_set(registers_[kAcr], flash::kDataCache)) {
         throw RunFailure(
             "bank 2 is erased or programmed with the data cache on, which may corrupt it: clear ACR.DCEN (ES0430 2.2.2)");
     }
     operation_ = operation;
-    registers_.at(kSr) |= 1U << kBusy;
+    registers_.at(flash::kSr) |= 1U << flash::kBusy;
     finish_.in(ticks(duration_s));
     if (interrupted_operation_ == operations_) {
         interrupted_operation_.reset();
@@ -118,13 +118,14 @@ void Flash::finish() {
         std::fill_n(content_.begin() + done.offset, done.erased, 0xFF);
         damaged_.erase(damaged_.lower_bound(done.offset), damaged_.lower_bound(done.offset + done.erased));
     }
-    registers_.at(kSr) &= ~(1U << kBusy);
-    registers_.at(kSr) |= flag(is_set(registers_[kCr], kEndInterrupt), kEndOfOperation);
+    registers_.at(flash::kSr) &= ~(1U << flash::kBusy);
+    registers_.at(flash::kSr) |= flag(is_set(registers_[flash::kCr], flash::kEndInterrupt), flash::kEndOfOperation);
     show_interrupt();
 }
 
 void Flash::show_interrupt() {
-    machine_.nvic.set_level(kLine, is_set(registers_[kSr], kEndOfOperation) && is_set(registers_[kCr], kEndInterrupt));
+    machine_.nvic.set_level(flash::kLine, is_set(registers_[flash::kSr], flash::kEndOfOperation) &&
+                                              is_set(registers_[flash::kCr], flash::kEndInterrupt));
 }
 
 void Flash::lose_power() {
@@ -165,12 +166,13 @@ void Flash::report_damage(std::uint32_t double_word) {
     if ((double_word & 8U) == 0) {
         return;
     }
-    registers_.at(kEccr) = (registers_[kEccr] & (1U << kCorrectionInterrupt)) | 1U << kDoubleError | (~double_word & 0x3FFF8U);
+    registers_.at(flash::kEccr) =
+        (registers_[flash::kEccr] & (1U << flash::kCorrectionInterrupt)) | 1U << flash::kDoubleError | (~double_word & 0x3FFF8U);
 }
 
 void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
     check_banks();
-    if (is_locked() || !is_set(registers_[kCr], kProgram)) {
+    if (is_locked() || !is_set(registers_[flash::kCr], flash::kProgram)) {
         throw RunFailure("store to flash without unlocking and PG");
     }
     if (operation_) {
@@ -178,7 +180,7 @@ void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
     }
     if (!first_word_) {
         if ((offset & 7U) != 0) {
-            error(kAlignmentError);
+            error(flash::kAlignmentError);
             return;
         }
         first_word_ = {offset, value};
@@ -186,17 +188,17 @@ void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
     }
     const auto [first_offset, first_value] = *std::exchange(first_word_, std::nullopt);
     if (offset != first_offset + 4) {
-        error(kAlignmentError);
+        error(flash::kAlignmentError);
         return;
     }
     const auto old = std::span(content_).subspan(first_offset, 8);
     const bool erased = std::all_of(old.begin(), old.end(), [](std::uint8_t byte) { return byte == 0xFF; });
     if (damaged_.contains(first_offset) || (!erased && (first_value | value) != 0)) {
-        error(kProgramError);
+        error(flash::kProgramError);
         return;
     }
-    if ((registers_[kSr] & kErrors) != 0) {
-        error(kSequenceError);
+    if ((registers_[flash::kSr] & flash::kErrors) != 0) {
+        error(flash::kSequenceError);
         return;
     }
     begin({first_offset, {{first_value, value}}}, kProgramS);
@@ -209,7 +211,7 @@ void Flash::unlock(std::uint32_t key) {
     }
     if (++keys_ == 2) {
         keys_ = 0;
-        registers_.at(kCr) &= ~(1U << kLock);
+        registers_.at(flash::kCr) &= ~(1U << flash::kLock);
     }
 }
 
@@ -220,20 +222,21 @@ void Flash::control(std::uint32_t value) {
     if (is_locked()) {
         throw RunFailure("CR is written while the flash is locked");
     }
-    registers_.at(kCr) = (value & ~(1U << kStart)) | (registers_[kCr] & 1U << kOptionLock);
+    registers_.at(flash::kCr) = (value & ~(1U << flash::kStart)) | (registers_[flash::kCr] & 1U << flash::kOptionLock);
     show_interrupt();
-    if (!is_set(value, kStart)) {
+    if (!is_set(value, flash::kStart)) {
         return;
     }
-    if (is_set(value, kErasePage) == is_set(value, kEraseBank2) || is_set(value, kProgram) || (registers_[kSr] & kErrors) != 0) {
-        error(kSequenceError);
+    if (is_set(value, flash::kErasePage) == is_set(value, flash::kEraseBank2) || is_set(value, flash::kProgram) ||
+        (registers_[flash::kSr] & flash::kErrors) != 0) {
+        error(flash::kSequenceError);
         return;
     }
-    if (is_set(value, kEraseBank2)) {
+    if (is_set(value, flash::kEraseBank2)) {
         begin({0, std::nullopt, Memory::kBankBytes}, kEraseS);
         return;
     }
-    if (!is_set(value, kBank2)) {
+    if (!is_set(value, flash::kBank2)) {
         throw RunFailure("erase of a page of bank 1, which holds the running code");
     }
     begin({field(value, 3, 7) * kPageBytes, std::nullopt}, kEraseS);
@@ -244,19 +247,19 @@ std::uint32_t Flash::read(std::uint32_t offset) { return registers_.at(offset); 
 void Flash::write(std::uint32_t offset, std::uint32_t value) {
     registers_.check(offset, value);
     switch (offset) {
-        case kKeyr:
+        case flash::kKeyr:
             unlock(value);
             break;
-        case kSr:
-            registers_.at(kSr) &= ~(value & (kErrors | 1U));
+        case flash::kSr:
+            registers_.at(flash::kSr) &= ~(value & (flash::kErrors | 1U));
             show_interrupt();
             break;
-        case kCr:
+        case flash::kCr:
             control(value);
             break;
-        case kEccr: {
-            const bool cleared = is_set(value, kDoubleError);
-            registers_.at(kEccr) = cleared ? value & (1U << kCorrectionInterrupt) : registers_[kEccr];
+        case flash::kEccr: {
+            const bool cleared = is_set(value, flash::kDoubleError);
+            registers_.at(flash::kEccr) = cleared ? value & (1U << flash::kCorrectionInterrupt) : registers_[flash::kEccr];
             break;
         }
         case kAcr:

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 namespace tricoil::virtual_board {
-namespace {
+namespace gpio {
 
 constexpr std::uint32_t kTypes = 0x04;
 constexpr std::uint32_t kPulls = 0x0C;
@@ -16,17 +16,21 @@ constexpr std::uint32_t kReset = 0x28;
 constexpr unsigned kLockKey = 16;
 constexpr unsigned kLockSteps = 3;  // writes of the key: 1, 0, 1, with the same pins
 
+}  // namespace gpio
+
+namespace {
+
 /// Bits of a pin in a configuration register; 0: the register has none, or the lock does not include it.
 unsigned bits_of_a_pin(std::uint32_t offset) {
     switch (offset) {
         case 0x00:
         case 0x08:
-        case kPulls:
+        case gpio::kPulls:
             return 2;
-        case kTypes:
+        case gpio::kTypes:
             return 1;
         case 0x20:
-        case kHighFunctions:
+        case gpio::kHighFunctions:
             return 4;
         default:
             return 0;
@@ -36,25 +40,32 @@ unsigned bits_of_a_pin(std::uint32_t offset) {
 }  // namespace
 
 Gpio::Gpio(std::uint32_t modes, std::uint32_t speeds, std::uint32_t pulls)
-    : registers_{{0x00, modes, "MODER", kAllBits},      {kTypes, 0, "OTYPER", 0xFFFF}, {0x08, speeds, "OSPEEDR", kAllBits},
-                 {kPulls, pulls, "PUPDR", kAllBits},    {kInput, 0, "IDR", kAllBits},  {kOutput, 0, "ODR", 0xFFFF},
-                 {kSetReset, 0, "BSRR", kAllBits},      {kLock, 0, "LCKR", 0x1FFFF},   {0x20, 0, "AFRL", kAllBits},
-                 {kHighFunctions, 0, "AFRH", kAllBits}, {kReset, 0, "BRR", 0xFFFF}} {}
+    : registers_{{0x00, modes, "MODER", kAllBits},
+                 {gpio::kTypes, 0, "OTYPER", 0xFFFF},
+                 {0x08, speeds, "OSPEEDR", kAllBits},
+                 {gpio::kPulls, pulls, "PUPDR", kAllBits},
+                 {gpio::kInput, 0, "IDR", kAllBits},
+                 {gpio::kOutput, 0, "ODR", 0xFFFF},
+                 {gpio::kSetReset, 0, "BSRR", kAllBits},
+                 {gpio::kLock, 0, "LCKR", 0x1FFFF},
+                 {0x20, 0, "AFRL", kAllBits},
+                 {gpio::kHighFunctions, 0, "AFRH", kAllBits},
+                 {gpio::kReset, 0, "BRR", 0xFFFF}} {}
 
 bool Gpio::floats(unsigned pin) const {
-    return mode(pin) != Mode::output || (is_set(registers_[kTypes], pin) && is_set(registers_[kOutput], pin));
+    return mode(pin) != Mode::output || (is_set(registers_[gpio::kTypes], pin) && is_set(registers_[gpio::kOutput], pin));
 }
 
-bool Gpio::drives_high(unsigned pin) const { return !floats(pin) && is_set(registers_[kOutput], pin); }
+bool Gpio::drives_high(unsigned pin) const { return !floats(pin) && is_set(registers_[gpio::kOutput], pin); }
 
 bool Gpio::level(unsigned pin) const {
     if (!floats(pin)) {
-        return is_set(registers_[kOutput], pin);
+        return is_set(registers_[gpio::kOutput], pin);
     }
     if (mode(pin) == Mode::analog) {
         return false;  // the input stage is off
     }
-    const bool pulled_up = field(registers_[kPulls], 2 * pin, 2) == 1;
+    const bool pulled_up = field(registers_[gpio::kPulls], 2 * pin, 2) == 1;
     return outside_[pin] == Outside::high || (outside_[pin] == Outside::open && pulled_up);
 }
 
@@ -66,10 +77,10 @@ void Gpio::set_outside(unsigned pin, Outside level) {
 }
 
 std::uint32_t Gpio::read(std::uint32_t offset) {
-    if (offset == kLock) {
-        return (registers_[kLock] & 0xFFFFU) | flag(locked_ != 0, kLockKey);
+    if (offset == gpio::kLock) {
+        return (registers_[gpio::kLock] & 0xFFFFU) | flag(locked_ != 0, gpio::kLockKey);
     }
-    if (offset != kInput) {
+    if (offset != gpio::kInput) {
         return registers_.at(offset);
     }
     std::uint32_t levels = 0;
@@ -84,19 +95,19 @@ void Gpio::lock(std::uint32_t value) {
     if (locked_ != 0) {
         throw RunFailure("LCKR is written while pins are locked");
     }
-    const bool key = is_set(value, kLockKey);
+    const bool key = is_set(value, gpio::kLockKey);
     const bool continues = lock_step_ > 0 && (value & 0xFFFFU) == lock_written_ && key == (lock_step_ != 1);
     lock_step_ = continues ? lock_step_ + 1 : key ? 1 : 0;
     lock_written_ = value & 0xFFFFU;
-    registers_.at(kLock) = lock_written_;
-    locked_ = lock_step_ == kLockSteps ? lock_written_ : 0;
+    registers_.at(gpio::kLock) = lock_written_;
+    locked_ = lock_step_ == gpio::kLockSteps ? lock_written_ : 0;
 }
 
 void Gpio::check_lock(std::uint32_t offset, std::uint32_t value) const {
     const unsigned width = bits_of_a_pin(offset);
     const std::uint32_t changed = value ^ registers_[offset];
     for (unsigned bit = 0; bit < 32 && width != 0; ++bit) {
-        const unsigned pin = bit / width + (offset == kHighFunctions ? 8 : 0);
+        const unsigned pin = bit / width + (offset == gpio::kHighFunctions ? 8 : 0);
         if (is_set(changed, bit) && is_set(locked_, pin)) {
             throw RunFailure(fmt::format("pin {} is locked (LCKR) until the next reset", pin));
         }
@@ -106,15 +117,15 @@ void Gpio::check_lock(std::uint32_t offset, std::uint32_t value) const {
 void Gpio::write(std::uint32_t offset, std::uint32_t value) {
     registers_.check(offset, value);
     switch (offset) {
-        case kInput:
+        case gpio::kInput:
             throw RunFailure("IDR is read-only");
-        case kSetReset:
-            registers_.at(kOutput) = (registers_[kOutput] & ~(value >> 16U)) | (value & 0xFFFFU);
+        case gpio::kSetReset:
+            registers_.at(gpio::kOutput) = (registers_[gpio::kOutput] & ~(value >> 16U)) | (value & 0xFFFFU);
             break;
-        case kReset:
-            registers_.at(kOutput) &= ~value;
+        case gpio::kReset:
+            registers_.at(gpio::kOutput) &= ~value;
             break;
-        case kLock:
+        case gpio::kLock:
             lock(value);
             break;
         default:
@@ -133,7 +144,7 @@ void Gpio::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned byte
     const std::uint32_t word = offset & ~3U;
     const unsigned shift = 8 * (offset & 3U);
     const std::uint32_t mask = ((1U << 8U * bytes) - 1U) << shift;
-    const bool is_command = word == kSetReset || word == kReset;
+    const bool is_command = word == gpio::kSetReset || word == gpio::kReset;
     write(word, (value << shift & mask) | (is_command ? 0 : registers_.at(word) & ~mask));
 }
 

@@ -1,7 +1,7 @@
 #include "sim/virtual_board/peripherals/pwr.hpp"
 
 namespace tricoil::virtual_board {
-namespace {
+namespace pwr {
 
 constexpr std::uint32_t kCr4 = 0x0C;
 constexpr std::uint32_t kSr1 = 0x10;
@@ -13,21 +13,21 @@ constexpr unsigned kVoltageChanges = 10;
 constexpr double kSettleS = 20e-6;  // DS12288, time between voltage scalings; maximum
 constexpr std::uint32_t kFlags = 0x11F;
 
-}  // namespace
+}  // namespace pwr
 
 Pwr::Pwr(Machine& machine)
     : registers_{{kCr1, 0x200, "CR1", 0x4707},
                  {0x04, 0, "CR2", 0x1F, "PVME1@4 PVME2@5 PVME3@6 PVME4@7"},
                  {kCr3, 0x8000, "CR3", 0xE01F, "RRS@8 APC@10"},
-                 {kCr4, 0, "CR4", 0x1F, "VBE@8 VBRS@9"},
-                 {kSr1, 0, "SR1", kAllBits},
-                 {kSr2, 0, "SR2", kAllBits},
-                 {kScr, 0, "SCR", kAllBits},
+                 {pwr::kCr4, 0, "CR4", 0x1F, "VBE@8 VBRS@9"},
+                 {pwr::kSr1, 0, "SR1", kAllBits},
+                 {pwr::kSr2, 0, "SR2", kAllBits},
+                 {pwr::kScr, 0, "SCR", kAllBits},
                  {kCr5, 0x100, "CR5", 0x100}},
       settled_(machine.events, [] {}) {}
 
 Pwr::Range Pwr::range() const {
-    if (is_set(registers_[kCr1], kLowPowerRun)) {
+    if (is_set(registers_[kCr1], pwr::kLowPowerRun)) {
         return Range::low_power_run;
     }
     if (field(registers_[kCr1], 9, 2) != 1) {
@@ -45,7 +45,7 @@ void Pwr::set_wake_pin(unsigned number, bool high) {
     const unsigned bit = number - 1;
     const bool changes = is_set(pins_, bit) != high;
     pins_ = (pins_ & ~(1U << bit)) | flag(high, bit);
-    const bool wanted_edge = high != is_set(registers_[kCr4], bit);
+    const bool wanted_edge = high != is_set(registers_[pwr::kCr4], bit);
     if (changes && wanted_edge && is_set(registers_[kCr3], bit)) {
         status_ |= 1U << bit;
         if (on_wake_pin) {
@@ -56,10 +56,10 @@ void Pwr::set_wake_pin(unsigned number, bool high) {
 
 std::uint32_t Pwr::read(std::uint32_t offset) {
     switch (offset) {
-        case kSr1:
+        case pwr::kSr1:
             return status_;
-        case kSr2:
-            return flag(settled_.is_due(), kVoltageChanges) | flag(range() == Range::low_power_run, kLowPowerRegulator);
+        case pwr::kSr2:
+            return flag(settled_.is_due(), pwr::kVoltageChanges) | flag(range() == Range::low_power_run, pwr::kLowPowerRegulator);
         default:
             return registers_.at(offset);
     }
@@ -67,8 +67,8 @@ std::uint32_t Pwr::read(std::uint32_t offset) {
 
 void Pwr::write(std::uint32_t offset, std::uint32_t value) {
     registers_.check(offset, value);
-    if (offset == kScr) {
-        status_ &= ~(value & kFlags);
+    if (offset == pwr::kScr) {
+        status_ &= ~(value & pwr::kFlags);
         return;
     }
     const std::uint32_t voltage = field(value, 9, 2);
@@ -79,7 +79,7 @@ void Pwr::write(std::uint32_t offset, std::uint32_t value) {
                                  (offset == kCr1 && ((value ^ registers_[kCr1]) & 0x600U) != 0);
     registers_.at(offset) = value;
     if (changes_voltage) {
-        settled_.in(ticks(kSettleS));
+        settled_.in(ticks(pwr::kSettleS));
     }
     if ((offset == kCr1 || offset == kCr5) && check_frequency) {
         check_frequency();

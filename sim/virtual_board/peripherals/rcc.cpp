@@ -7,7 +7,7 @@
 #include "sim/virtual_board/peripherals/rcc_registers.hpp"
 
 namespace tricoil::virtual_board {
-namespace {
+namespace rcc {
 
 constexpr std::uint32_t kCr = 0x00;
 constexpr std::uint32_t kPllCfgr = 0x0C;
@@ -44,6 +44,10 @@ constexpr int kLine = 5;  // interrupt of RCC
 constexpr std::uint32_t kPllOutputs = 1U << 16U | 1U << 20U | 1U << 24U;
 constexpr std::array<unsigned, 3> kPllEnables{16, 20, 24};  // PEN, QEN, REN
 
+}  // namespace rcc
+
+namespace {
+
 enum Source : std::uint32_t { from_hsi = 1, from_hse = 2, from_pll = 3 };
 
 }  // namespace
@@ -51,27 +55,27 @@ enum Source : std::uint32_t { from_hsi = 1, from_hse = 2, from_pll = 3 };
 Rcc::Rcc(Machine& machine)
     : machine_(machine),
       registers_(rcc_registers()),
-      crystal_ready_(machine.events, [this] { become_ready(kCr, kHseReady, 4); }),
-      pll_ready_(machine.events, [this] { become_ready(kCr, kPllReady, 5); }),
-      hsi48_ready_(machine.events, [this] { become_ready(kCrrcr, 1, 10); }),
+      crystal_ready_(machine.events, [this] { become_ready(rcc::kCr, rcc::kHseReady, 4); }),
+      pll_ready_(machine.events, [this] { become_ready(rcc::kCr, rcc::kPllReady, 5); }),
+      hsi48_ready_(machine.events, [this] { become_ready(rcc::kCrrcr, 1, 10); }),
       slow_ready_(
           machine.events, [this] { become_ready(kCsr, 1, 0); }, Event::Clock::always),
       watch_crystal_ready_(
-          machine.events, [this] { become_ready(kBdcr, 1, 1); }, Event::Clock::always) {}
+          machine.events, [this] { become_ready(rcc::kBdcr, 1, 1); }, Event::Clock::always) {}
 
 /// `interrupt`: position of the enable in CIER and of the flag in CIFR, which is set only if it is enabled.
 void Rcc::become_ready(std::uint32_t control_register, unsigned ready_bit, unsigned interrupt) {
     registers_.at(control_register) |= 1U << ready_bit;
-    ready_interrupts_ |= registers_[kCier] & 1U << interrupt;
+    ready_interrupts_ |= registers_[rcc::kCier] & 1U << interrupt;
     show_interrupt();
 }
 
-void Rcc::show_interrupt() { machine_.nvic.set_level(kLine, (ready_interrupts_ & registers_[kCier]) != 0); }
+void Rcc::show_interrupt() { machine_.nvic.set_level(rcc::kLine, (ready_interrupts_ & registers_[rcc::kCier]) != 0); }
 
 void Rcc::reset() {
-    const std::uint32_t backup = registers_[kBdcr];  // keeps its content until a power failure
+    const std::uint32_t backup = registers_[rcc::kBdcr];  // keeps its content until a power failure
     registers_.reset();
-    registers_.at(kBdcr) = backup;
+    registers_.at(rcc::kBdcr) = backup;
     crystal_ready_.cancel();
     pll_ready_.cancel();
     hsi48_ready_.cancel();
@@ -86,7 +90,7 @@ void Rcc::set_reset_cause(ResetCause cause) {
     const bool power = cause == ResetCause::power;
     causes_ = (power ? 0U : causes_) | 1U << static_cast<unsigned>(cause) | 1U << static_cast<unsigned>(ResetCause::pin);
     if (power) {
-        registers_.at(kBdcr) = 0;
+        registers_.at(rcc::kBdcr) = 0;
         watch_crystal_ready_.cancel();
     }
 }
@@ -98,7 +102,7 @@ std::function<bool()> Rcc::clock(std::uint32_t enable_register, unsigned bit) co
 double Rcc::usb_hz() const {
     switch (field(registers_[kCcipr], 26, 2)) {
         case 0:
-            return is_set(registers_[kCrrcr], 1) ? 48e6 : 0;
+            return is_set(registers_[rcc::kCrrcr], 1) ? 48e6 : 0;
         case 2:
             return pll_hz(PllOutput::q);
         default:
@@ -107,19 +111,19 @@ double Rcc::usb_hz() const {
 }
 
 double Rcc::pll_input_hz() const {
-    switch (field(registers_[kPllCfgr], 0, 2)) {
+    switch (field(registers_[rcc::kPllCfgr], 0, 2)) {
         case 2:
-            return kHsiHz;
+            return rcc::kHsiHz;
         case 3:
-            return is_set(registers_[kCr], kHseReady) ? kHseHz : 0;
+            return is_set(registers_[rcc::kCr], rcc::kHseReady) ? rcc::kHseHz : 0;
         default:
             return 0;
     }
 }
 
 double Rcc::pll_hz(PllOutput output) const {
-    const std::uint32_t pll = registers_[kPllCfgr];
-    if (!is_set(registers_[kCr], kPllReady) || !is_set(pll, kPllEnables[static_cast<std::size_t>(output)])) {
+    const std::uint32_t pll = registers_[rcc::kPllCfgr];
+    if (!is_set(registers_[rcc::kCr], rcc::kPllReady) || !is_set(pll, rcc::kPllEnables[static_cast<std::size_t>(output)])) {
         return 0;
     }
     const double vco = pll_input_hz() / (field(pll, 4, 4) + 1) * field(pll, 8, 7);
@@ -138,11 +142,11 @@ double Rcc::pll_hz(PllOutput output) const {
 double Rcc::system_hz() const {
     switch (field(registers_[kCfgr], 0, 2)) {
         case from_hse:
-            return kHseHz;
+            return rcc::kHseHz;
         case from_pll:
             return pll_hz(PllOutput::r);
         default:
-            return kHsiHz;
+            return rcc::kHsiHz;
     }
 }
 
@@ -167,9 +171,9 @@ Ticks Rcc::serial_ticks(unsigned position, Apb bus) const {
         case 1:
             return ticks_of_cycle(system_hz());
         case 2:
-            return ticks_of_cycle(is_set(registers_[kCr], kHsiOn) ? kHsiHz : 0);
+            return ticks_of_cycle(is_set(registers_[rcc::kCr], rcc::kHsiOn) ? rcc::kHsiHz : 0);
         case 3:
-            return ticks_of_cycle(is_set(registers_[kBdcr], 1) ? kLseHz : 0);
+            return ticks_of_cycle(is_set(registers_[rcc::kBdcr], 1) ? rcc::kLseHz : 0);
         default:
             return ticks_of_cycle(apb_hz(bus));
     }
@@ -178,7 +182,7 @@ Ticks Rcc::serial_ticks(unsigned position, Apb bus) const {
 double Rcc::fdcan_hz() const {
     switch (field(registers_[kCcipr], 24, 2)) {
         case 0:
-            return is_set(registers_[kCr], kHseReady) ? kHseHz : 0;
+            return is_set(registers_[rcc::kCr], rcc::kHseReady) ? rcc::kHseHz : 0;
         case 1:
             return pll_hz(PllOutput::q);
         case 2:
@@ -221,55 +225,56 @@ void Rcc::start_oscillator(std::uint32_t control_register, unsigned enable_bit, 
 }
 
 void Rcc::check_pll() const {
-    const double input = pll_input_hz() / (field(registers_[kPllCfgr], 4, 4) + 1);
-    const double vco = input * field(registers_[kPllCfgr], 8, 7);
+    const double input = pll_input_hz() / (field(registers_[rcc::kPllCfgr], 4, 4) + 1);
+    const double vco = input * field(registers_[rcc::kPllCfgr], 8, 7);
     if (input < 2.66e6 || input > 16e6 || vco < 96e6 || vco > 344e6) {  // DS12288, PLL characteristics
         throw RunFailure(fmt::format("PLL out of range: input {} Hz, VCO {} Hz", input, vco));
     }
 }
 
 void Rcc::control(std::uint32_t value) {
-    constexpr std::uint32_t kWritable = 1U << kHsiOn | 1U << 9U | 1U << kHseOn | 1U << kSecurityOn | 1U << kPllOn;
+    constexpr std::uint32_t kWritable =
+        1U << rcc::kHsiOn | 1U << 9U | 1U << rcc::kHseOn | 1U << rcc::kSecurityOn | 1U << rcc::kPllOn;
     const std::uint32_t source = field(registers_[kCfgr], 2, 2);
-    const bool pll_stops = !is_set(value, kPllOn);
-    if ((source == from_pll && pll_stops) || (source == from_hsi && !is_set(value, kHsiOn)) ||
-        (source == from_hse && !is_set(value, kHseOn))) {
+    const bool pll_stops = !is_set(value, rcc::kPllOn);
+    if ((source == from_pll && pll_stops) || (source == from_hsi && !is_set(value, rcc::kHsiOn)) ||
+        (source == from_hse && !is_set(value, rcc::kHseOn))) {
         throw RunFailure("the source of the processor clock is switched off");
     }
-    registers_.at(kCr) = (registers_[kCr] & ~kWritable) | (value & kWritable);
-    if (!is_set(value, kHsiOn)) {
-        registers_.at(kCr) &= ~(1U << kHsiReady);
-    } else if (!is_set(registers_[kCr], kHsiReady)) {
-        become_ready(kCr, kHsiReady, 3);
+    registers_.at(rcc::kCr) = (registers_[rcc::kCr] & ~kWritable) | (value & kWritable);
+    if (!is_set(value, rcc::kHsiOn)) {
+        registers_.at(rcc::kCr) &= ~(1U << rcc::kHsiReady);
+    } else if (!is_set(registers_[rcc::kCr], rcc::kHsiReady)) {
+        become_ready(rcc::kCr, rcc::kHsiReady, 3);
     }
     if (crystal_works_) {
-        start_oscillator(kCr, kHseOn, crystal_ready_, kCrystalStartS);
+        start_oscillator(rcc::kCr, rcc::kHseOn, crystal_ready_, rcc::kCrystalStartS);
     }
-    if (!pll_stops && !is_set(registers_[kCr], kPllReady)) {
+    if (!pll_stops && !is_set(registers_[rcc::kCr], rcc::kPllReady)) {
         check_pll();
     }
-    start_oscillator(kCr, kPllOn, pll_ready_, kPllLockS);
+    start_oscillator(rcc::kCr, rcc::kPllOn, pll_ready_, rcc::kPllLockS);
 }
 
 /// RM0440: source, multiplier and dividers are for a stopped PLL; the vendor's driver enables the outputs after PLLON.
 void Rcc::write_pll(std::uint32_t value) {
-    const std::uint32_t changed = value ^ registers_[kPllCfgr];
-    if (is_set(registers_[kCr], kPllOn) && (changed & ~kPllOutputs) != 0) {
+    const std::uint32_t changed = value ^ registers_[rcc::kPllCfgr];
+    if (is_set(registers_[rcc::kCr], rcc::kPllOn) && (changed & ~rcc::kPllOutputs) != 0) {
         throw RunFailure("PLLCFGR is written while the PLL runs; only its outputs PEN, QEN, REN may change");
     }
-    if (field(registers_[kCfgr], 2, 2) == from_pll && is_set(changed, kPllEnables[2])) {
+    if (field(registers_[kCfgr], 2, 2) == from_pll && is_set(changed, rcc::kPllEnables[2])) {
         throw RunFailure("the PLL output that drives the processor is switched off (PLLCFGR.PLLREN)");
     }
-    registers_.at(kPllCfgr) = value;
+    registers_.at(rcc::kPllCfgr) = value;
 }
 
 void Rcc::write_backup(std::uint32_t value) {
     if (check_backup) {
         check_backup();
     }
-    const bool is_reset = is_set(value, kBackupReset);
-    registers_.at(kBdcr) = is_reset ? 1U << kBackupReset : (value & ~2U) | (registers_[kBdcr] & 2U);
-    start_oscillator(kBdcr, 0, watch_crystal_ready_, kWatchCrystalStartS);
+    const bool is_reset = is_set(value, rcc::kBackupReset);
+    registers_.at(rcc::kBdcr) = is_reset ? 1U << rcc::kBackupReset : (value & ~2U) | (registers_[rcc::kBdcr] & 2U);
+    start_oscillator(rcc::kBdcr, 0, watch_crystal_ready_, rcc::kWatchCrystalStartS);
 }
 
 void Rcc::reset_peripherals(std::uint32_t offset, std::uint32_t value) {
@@ -277,14 +282,14 @@ void Rcc::reset_peripherals(std::uint32_t offset, std::uint32_t value) {
     registers_.at(offset) = value;
     for (unsigned bit = 0; bit < 32; ++bit) {
         if (is_set(rising, bit) && on_peripheral_reset) {
-            on_peripheral_reset(offset + kEnablesFromResets, bit);
+            on_peripheral_reset(offset + rcc::kEnablesFromResets, bit);
         }
     }
 }
 
 void Rcc::choose(std::uint32_t value) {
     const std::uint32_t source = field(value, 0, 2);
-    const bool ready = source == from_hsi || (source == from_hse && is_set(registers_[kCr], kHseReady)) ||
+    const bool ready = source == from_hsi || (source == from_hse && is_set(registers_[rcc::kCr], rcc::kHseReady)) ||
                        (source == from_pll && pll_hz(PllOutput::r) > 0);
     if (!ready) {
         throw RunFailure(fmt::format("clock source {} is selected before it is ready", source));
@@ -294,7 +299,7 @@ void Rcc::choose(std::uint32_t value) {
 }
 
 void Rcc::leave_stop() {
-    registers_.at(kCr) = (registers_[kCr] & ~(3U << kHseOn | 3U << kPllOn)) | 1U << kHsiOn | 1U << 10U;
+    registers_.at(rcc::kCr) = (registers_[rcc::kCr] & ~(3U << rcc::kHseOn | 3U << rcc::kPllOn)) | 1U << rcc::kHsiOn | 1U << 10U;
     registers_.at(kCfgr) = (registers_[kCfgr] & ~0xFU) | from_hsi | from_hsi << 2U;
     crystal_ready_.cancel();
     pll_ready_.cancel();
@@ -304,14 +309,14 @@ void Rcc::leave_stop() {
 void Rcc::break_crystal() {
     crystal_works_ = false;
     crystal_ready_.cancel();
-    const bool was_ready = is_set(registers_[kCr], kHseReady);
-    registers_.at(kCr) &= ~(1U << kHseReady);
+    const bool was_ready = is_set(registers_[rcc::kCr], rcc::kHseReady);
+    registers_.at(rcc::kCr) &= ~(1U << rcc::kHseReady);
     if (!was_ready) {
         return;
     }
     const bool in_use = field(registers_[kCfgr], 2, 2) == from_hse ||
-                        (field(registers_[kCfgr], 2, 2) == from_pll && field(registers_[kPllCfgr], 0, 2) == 3);
-    if (in_use && !is_set(registers_[kCr], kSecurityOn)) {
+                        (field(registers_[kCfgr], 2, 2) == from_pll && field(registers_[rcc::kPllCfgr], 0, 2) == 3);
+    if (in_use && !is_set(registers_[rcc::kCr], rcc::kSecurityOn)) {
         throw RunFailure("the crystal stops while the clock security system is off: the processor stops");
     }
     if (in_use) {  // clock security system: back to HSI, with a non-maskable interrupt
@@ -323,8 +328,8 @@ void Rcc::break_crystal() {
 
 std::uint32_t Rcc::read(std::uint32_t offset) {
     switch (offset) {
-        case kCifr:
-            return flag(security_interrupt_, kSecurityFlag) | ready_interrupts_;
+        case rcc::kCifr:
+            return flag(security_interrupt_, rcc::kSecurityFlag) | ready_interrupts_;
         case kCsr:
             return registers_[kCsr] | causes_;
         default:
@@ -334,36 +339,36 @@ std::uint32_t Rcc::read(std::uint32_t offset) {
 
 void Rcc::write(std::uint32_t offset, std::uint32_t value) {
     registers_.check(offset, value);
-    if (offset >= kFirstReset && offset <= kLastReset && registers_.has(offset)) {
+    if (offset >= rcc::kFirstReset && offset <= rcc::kLastReset && registers_.has(offset)) {
         reset_peripherals(offset, value);
         return;
     }
     switch (offset) {
-        case kCr:
+        case rcc::kCr:
             control(value);
             break;
         case kCfgr:
             choose(value);
             break;
-        case kPllCfgr:
+        case rcc::kPllCfgr:
             write_pll(value);
             break;
-        case kCicr:
-            security_interrupt_ = security_interrupt_ && !is_set(value, kSecurityFlag);
+        case rcc::kCicr:
+            security_interrupt_ = security_interrupt_ && !is_set(value, rcc::kSecurityFlag);
             ready_interrupts_ &= ~value;
             show_interrupt();
             break;
-        case kBdcr:
+        case rcc::kBdcr:
             write_backup(value);
             break;
         case kCsr:
-            causes_ = is_set(value, kRemoveFlags) ? 0 : causes_;
+            causes_ = is_set(value, rcc::kRemoveFlags) ? 0 : causes_;
             registers_.at(kCsr) = (registers_[kCsr] & 2U) | (value & 1U);
-            start_oscillator(kCsr, 0, slow_ready_, kSlowStartS);
+            start_oscillator(kCsr, 0, slow_ready_, rcc::kSlowStartS);
             break;
-        case kCrrcr:
-            registers_.at(kCrrcr) = (registers_[kCrrcr] & 2U) | (value & 1U);
-            start_oscillator(kCrrcr, 0, hsi48_ready_, kHsi48StartS);
+        case rcc::kCrrcr:
+            registers_.at(rcc::kCrrcr) = (registers_[rcc::kCrrcr] & 2U) | (value & 1U);
+            start_oscillator(rcc::kCrrcr, 0, hsi48_ready_, rcc::kHsi48StartS);
             break;
         default:
             registers_.at(offset) = value;

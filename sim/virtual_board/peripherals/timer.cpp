@@ -3,7 +3,7 @@
 #include <algorithm>
 
 namespace tricoil::virtual_board {
-namespace {
+namespace timer {
 
 constexpr std::uint32_t kCr1 = 0x00;
 constexpr std::uint32_t kCr2 = 0x04;
@@ -23,6 +23,10 @@ constexpr unsigned kOnePulse = 3;
 constexpr unsigned kPreload = 7;
 constexpr unsigned kUpdateDma = 8;
 
+}  // namespace timer
+
+namespace {
+
 enum TriggerMode : std::uint32_t { by_reset, by_enable, by_update };
 
 }  // namespace
@@ -31,27 +35,28 @@ std::vector<Register> Timer::list(const TimerParams& params) {
     const std::uint32_t max = params.bits == 32 ? 0xFFFFFFFFU : 0xFFFFU;
     const std::uint32_t channels = ((1U << params.channels) - 1U) << 1U;  // bits of their flags
     std::vector<Register> all{
-        {kCr1, 0, "CR1", 0x39F, "CMS@5-6 UIFREMAP@11 DITHEN@12"},
-        {kCr2, 0, "CR2", params.channels > 0 ? 0x3FF70U : 0x70U, "CCPC@0 CCUS@2 CCDS@3 TI1S@7 OIS@8-18 MMS2@20-23 MMS[3]@25"},
+        {timer::kCr1, 0, "CR1", 0x39F, "CMS@5-6 UIFREMAP@11 DITHEN@12"},
+        {timer::kCr2, 0, "CR2", params.channels > 0 ? 0x3FF70U : 0x70U,
+         "CCPC@0 CCUS@2 CCDS@3 TI1S@7 OIS@8-18 MMS2@20-23 MMS[3]@25"},
         {0x08, 0, "SMCR", 0, "SMS@0-2 OCCS@3 TS@4-6 MSM@7 ETF@8-11 ETPS@12-13 ECE@14 ETP@15 SMS[3]@16 TS[4:3]@20-21"},
-        {kDier, 0, "DIER",
-         1U | channels | (params.update_request ? 1U << kUpdateDma : 0U) | (params.compare_request ? channels << 8U : 0U),
+        {timer::kDier, 0, "DIER",
+         1U | channels | (params.update_request ? 1U << timer::kUpdateDma : 0U) | (params.compare_request ? channels << 8U : 0U),
          "CC1IE@1 CC2IE@2 CC3IE@3 CC4IE@4 COMIE@5 TIE@6 BIE@7 UDE@8 CC1DE@9 CC2DE@10 CC3DE@11 CC4DE@12 COMDE@13 TDE@14"},
-        {kSr, 0, "SR", kAllBits},
-        {kEgr, 0, "EGR", 1U | channels, "CC1G@1 CC2G@2 CC3G@3 CC4G@4 COMG@5 TG@6 BG@7"},
-        {kCnt, 0, "CNT", kAllBits},
-        {kPsc, 0, "PSC", 0xFFFF},
-        {kArr, max, "ARR", max}};
+        {timer::kSr, 0, "SR", kAllBits},
+        {timer::kEgr, 0, "EGR", 1U | channels, "CC1G@1 CC2G@2 CC3G@3 CC4G@4 COMG@5 TG@6 BG@7"},
+        {timer::kCnt, 0, "CNT", kAllBits},
+        {timer::kPsc, 0, "PSC", 0xFFFF},
+        {timer::kArr, max, "ARR", max}};
     if (params.channels > 0) {
-        all.push_back({kModes, 0, "CCMR1", 0x01017C7C, "CC1S@0-1 OC1CE@7 CC2S@8-9 OC2CE@15"});
+        all.push_back({timer::kModes, 0, "CCMR1", 0x01017C7C, "CC1S@0-1 OC1CE@7 CC2S@8-9 OC2CE@15"});
         all.push_back({0x20, 0, "CCER", 0xFFFF});
         static constexpr std::array kNames{"CCR1", "CCR2", "CCR3", "CCR4"};
         for (unsigned n = 0; n < params.channels; ++n) {
-            all.push_back({kCompare + 4 * n, 0, kNames[n], max});
+            all.push_back({timer::kCompare + 4 * n, 0, kNames[n], max});
         }
     }
     if (params.channels > 2) {
-        all.push_back({kModes + 4, 0, "CCMR2", 0x01017C7C, "CC3S@0-1 OC3CE@7 CC4S@8-9 OC4CE@15"});
+        all.push_back({timer::kModes + 4, 0, "CCMR2", 0x01017C7C, "CC3S@0-1 OC3CE@7 CC4S@8-9 OC4CE@15"});
     }
     if (params.channels > 0) {
         all.push_back({0x50, 0, "CCMR3", 0, "OC5M@2-7 OC6M@8-15 OC5M[3]@16 OC6M[3]@24"});
@@ -62,7 +67,7 @@ std::vector<Register> Timer::list(const TimerParams& params) {
         all.push_back({0x64, params.advanced ? 1U : 0U, "AF2", 0, "BK2INE@0 BK2CMP@1-8 BK2INP@9-13 OCRSEL@16-18"});
     }
     if (params.advanced) {
-        all.push_back({kRcr, 0, "RCR", 0xFFFF});
+        all.push_back({timer::kRcr, 0, "RCR", 0xFFFF});
         all.push_back(
             {0x44, 0, "BDTR", 0x020FECFF, "LOCK@8-9 BKE@12 BK2F@20-23 BK2E@24 BKDSRM@26 BK2DSRM@27 BKBID@28 BK2BID@29"});
     }
@@ -104,7 +109,9 @@ std::uint32_t Timer::point(unsigned channel) const {
     return counts_down() && compare_[channel] <= reload_ ? reload_ - compare_[channel] : compare_[channel];
 }
 
-bool Timer::is_preloaded(unsigned channel) const { return is_set(registers_[kModes + 4 * (channel / 2)], 8 * (channel % 2) + 3); }
+bool Timer::is_preloaded(unsigned channel) const {
+    return is_set(registers_[timer::kModes + 4 * (channel / 2)], 8 * (channel % 2) + 3);
+}
 
 void Timer::restart(std::uint32_t count) {
     stopped_at_ = count;
@@ -125,7 +132,7 @@ void Timer::restart(std::uint32_t count) {
 }
 
 void Timer::schedule_match() {
-    const std::uint32_t wanted = registers_[kDier] | registers_[kDier] >> 8U;  // interrupt or DMA
+    const std::uint32_t wanted = registers_[timer::kDier] | registers_[timer::kDier] >> 8U;  // interrupt or DMA
     std::uint32_t next = max_count_;
     bool any = false;
     for (unsigned n = 0; n < params_.channels; ++n) {
@@ -157,8 +164,8 @@ void Timer::settle() {
 
 void Timer::match(unsigned channel) {
     matched_[channel] = true;
-    registers_.at(kSr) |= 2U << channel;
-    if (is_set(registers_[kDier], 9 + channel) && params_.compare_request) {
+    registers_.at(timer::kSr) |= 2U << channel;
+    if (is_set(registers_[timer::kDier], 9 + channel) && params_.compare_request) {
         (void)dma_.request(*params_.compare_request + channel);
     }
 }
@@ -187,31 +194,31 @@ void Timer::overflow() {
 
 /// Update event: the preloaded registers take effect.
 void Timer::update(bool by_software) {
-    if (is_set(registers_[kCr1], kNoUpdates)) {
+    if (is_set(registers_[timer::kCr1], timer::kNoUpdates)) {
         return;
     }
-    prescaler_ = registers_[kPsc];
-    reload_ = registers_[kArr];
+    prescaler_ = registers_[timer::kPsc];
+    reload_ = registers_[timer::kArr];
     if (params_.advanced) {
-        repetitions_ = registers_[kRcr];
+        repetitions_ = registers_[timer::kRcr];
     }
     for (unsigned n = 0; n < params_.channels; ++n) {
-        compare_[n] = registers_[kCompare + 4 * n];
+        compare_[n] = registers_[timer::kCompare + 4 * n];
     }
-    if (!by_software || !is_set(registers_[kCr1], kOnlyOverflows)) {
-        registers_.at(kSr) |= 1U;
-        if (is_set(registers_[kDier], kUpdateDma)) {
+    if (!by_software || !is_set(registers_[timer::kCr1], timer::kOnlyOverflows)) {
+        registers_.at(timer::kSr) |= 1U;
+        if (is_set(registers_[timer::kDier], timer::kUpdateDma)) {
             (void)dma_.request(*params_.update_request);
         }
     }
-    if (!by_software && is_set(registers_[kCr1], kOnePulse)) {
-        registers_.at(kCr1) &= ~1U;
+    if (!by_software && is_set(registers_[timer::kCr1], timer::kOnePulse)) {
+        registers_.at(timer::kCr1) &= ~1U;
     }
     trigger(by_update);
 }
 
 void Timer::trigger(std::uint32_t mode) {
-    if (field(registers_[kCr2], 4, 3) == mode) {
+    if (field(registers_[timer::kCr2], 4, 3) == mode) {
         for (const auto& act : on_trigger) {
             act();
         }
@@ -219,7 +226,7 @@ void Timer::trigger(std::uint32_t mode) {
 }
 
 void Timer::show_interrupt() {
-    const std::uint32_t wanted = registers_[kSr] & registers_[kDier] & 0x1FU;
+    const std::uint32_t wanted = registers_[timer::kSr] & registers_[timer::kDier] & 0x1FU;
     const std::uint32_t on_update_line = params_.compare ? wanted & 1U : wanted;
     machine_.nvic.set_level(params_.update, on_update_line != 0);
     if (params_.compare) {
@@ -228,10 +235,10 @@ void Timer::show_interrupt() {
 }
 
 std::uint32_t Timer::read(std::uint32_t offset) {
-    if (offset == kCnt) {
+    if (offset == timer::kCnt) {
         return count();
     }
-    if (offset == kSr) {
+    if (offset == timer::kSr) {
         settle();
     }
     return registers_.at(offset);
@@ -239,8 +246,8 @@ std::uint32_t Timer::read(std::uint32_t offset) {
 
 void Timer::write_reload(std::uint32_t value) {
     const std::uint32_t at = count();
-    registers_.at(kArr) = value;
-    if (is_set(registers_[kCr1], kPreload)) {
+    registers_.at(timer::kArr) = value;
+    if (is_set(registers_[timer::kCr1], timer::kPreload)) {
         return;
     }
     if (is_running() && at > value) {
@@ -252,7 +259,7 @@ void Timer::write_reload(std::uint32_t value) {
 
 void Timer::write_compare(unsigned channel, std::uint32_t value) {
     settle();
-    registers_.at(kCompare + 4 * channel) = value;
+    registers_.at(timer::kCompare + 4 * channel) = value;
     if (is_preloaded(channel)) {
         return;
     }
@@ -262,7 +269,7 @@ void Timer::write_compare(unsigned channel, std::uint32_t value) {
 }
 
 void Timer::generate(std::uint32_t value) {
-    registers_.at(kSr) |= value & 0x1EU;
+    registers_.at(timer::kSr) |= value & 0x1EU;
     if (is_set(value, 0)) {
         update(true);
         restart(counts_down() ? reload_ : 0);
@@ -273,11 +280,11 @@ void Timer::generate(std::uint32_t value) {
 void Timer::write(std::uint32_t offset, std::uint32_t value) {
     registers_.check(offset, value);
     switch (offset) {
-        case kCr1: {
+        case timer::kCr1: {
             settle();
             const std::uint32_t at = count();
-            const bool starts = is_set(value, 0) && !is_set(registers_[kCr1], 0);
-            registers_.at(kCr1) = value;
+            const bool starts = is_set(value, 0) && !is_set(registers_[timer::kCr1], 0);
+            registers_.at(timer::kCr1) = value;
             clock_ = params_.clock();
             restart(starts && counts_down() && at == 0 ? reload_ : at);
             if (starts) {
@@ -285,28 +292,28 @@ void Timer::write(std::uint32_t offset, std::uint32_t value) {
             }
             break;
         }
-        case kCr2:
+        case timer::kCr2:
             if (field(value, 4, 3) > by_update) {
                 throw RunFailure("CR2: only reset, enable and update (MMS = 0 to 2) are trigger outputs in this model");
             }
-            registers_.at(kCr2) = value;
+            registers_.at(timer::kCr2) = value;
             break;
-        case kSr:
+        case timer::kSr:
             settle();
-            registers_.at(kSr) &= value;
+            registers_.at(timer::kSr) &= value;
             break;
-        case kEgr:
+        case timer::kEgr:
             generate(value);
             break;
-        case kCnt:
+        case timer::kCnt:
             restart(value & max_count_);
             break;
-        case kArr:
+        case timer::kArr:
             write_reload(value);
             break;
         default:
-            if (offset >= kCompare && offset < kCompare + 4 * params_.channels) {
-                write_compare((offset - kCompare) / 4, value);
+            if (offset >= timer::kCompare && offset < timer::kCompare + 4 * params_.channels) {
+                write_compare((offset - timer::kCompare) / 4, value);
             } else {
                 registers_.at(offset) = value;
                 schedule_match();
@@ -320,7 +327,7 @@ void Timer::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned byt
     if (bytes != 2 || (offset & 3U) != 0) {
         Peripheral::write_narrow(offset, value, bytes);
     }
-    write(offset, max_count_ > 0xFFFFU && offset >= kCnt ? value | value << 16U : value);
+    write(offset, max_count_ > 0xFFFFU && offset >= timer::kCnt ? value | value << 16U : value);
 }
 
 void Timer::reset() {
@@ -329,7 +336,7 @@ void Timer::reset() {
     match_.cancel();
     stopped_at_ = 0;
     prescaler_ = 0;
-    reload_ = registers_[kArr];
+    reload_ = registers_[timer::kArr];
     repetitions_ = 0;
     compare_.fill(0);
     matched_.fill(false);

@@ -4,7 +4,7 @@
 #include <bit>
 
 namespace tricoil::virtual_board {
-namespace {
+namespace usart {
 
 constexpr std::uint32_t kCr1 = 0x00;
 constexpr std::uint32_t kCr2 = 0x04;
@@ -55,23 +55,27 @@ constexpr unsigned kSendThreshold = 27;
 constexpr std::array<unsigned, 8> kThresholds{1, 2, 4, 6, 7, 8, 8, 8};  // bytes of the FIFO; RXFTCFG, TXFTCFG
 constexpr std::array<unsigned, 16> kPrescalers{1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256, 256, 256, 256, 256};
 
+}  // namespace usart
+
+namespace {
+
 std::vector<Register> usart_registers() {
-    return {{kCr1, 0, "CR1", 0xF00097FF, "WAKE@11 MME@13 CMIE@14 DEDT@16-20 DEAT@21-25 RTOIE@26 EOBIE@27"},
-            {kCr2, 0, "CR2", 0x3000,
+    return {{usart::kCr1, 0, "CR1", 0xF00097FF, "WAKE@11 MME@13 CMIE@14 DEDT@16-20 DEAT@21-25 RTOIE@26 EOBIE@27"},
+            {usart::kCr2, 0, "CR2", 0x3000,
              "SLVEN@0 DIS_NSS@3 ADDM7@4 LBDL@5 LBDIE@6 LBCL@8 CPHA@9 CPOL@10 CLKEN@11 LINEN@14 SWAP@15 RXINV@16 TXINV@17 "
              "DATAINV@18 MSBFIRST@19 ABREN@20 ABRMOD@21-22 RTOEN@23 ADD@24-31"},
-            {kCr3, 0, "CR3", 0xFEF018C1,
+            {usart::kCr3, 0, "CR3", 0xFEF018C1,
              "IREN@1 IRLP@2 HDSEL@3 NACK@4 SCEN@5 RTSE@8 CTSE@9 CTSIE@10 DDRE@13 DEM@14 DEP@15 SCARCNT@17-19 "
              "TCBGTIE@24"},
-            {kBrr, 0, "BRR", 0xFFFFF},
+            {usart::kBrr, 0, "BRR", 0xFFFFF},
             {0x10, 0, "GTPR", 0, "PSC@0-7 GT@8-15"},
             {0x14, 0, "RTOR", 0, "RTO@0-23 BLEN@24-31"},
-            {kRqr, 0, "RQR", 0x18, "ABRRQ@0 SBKRQ@1 MMRQ@2"},
-            {kIsr, 0, "ISR", kAllBits},
-            {kIcr, 0, "ICR", kAllBits},
-            {kRdr, 0, "RDR", kAllBits},
-            {kTdr, 0, "TDR", 0x1FF},
-            {kPresc, 0, "PRESC", 0xF}};
+            {usart::kRqr, 0, "RQR", 0x18, "ABRRQ@0 SBKRQ@1 MMRQ@2"},
+            {usart::kIsr, 0, "ISR", kAllBits},
+            {usart::kIcr, 0, "ICR", kAllBits},
+            {usart::kRdr, 0, "RDR", kAllBits},
+            {usart::kTdr, 0, "TDR", 0x1FF},
+            {usart::kPresc, 0, "PRESC", 0xF}};
 }
 
 }  // namespace
@@ -91,12 +95,12 @@ Usart::Usart(Machine& machine, Dma& dma, UsartParams params)
 }
 
 Ticks Usart::bit_time() const {
-    const Ticks cycle = params_.clock() * Ticks{kPrescalers[registers_[kPresc] & 0xFU]};
-    const std::uint32_t brr = registers_[kBrr];
+    const Ticks cycle = params_.clock() * Ticks{usart::kPrescalers[registers_[usart::kPresc] & 0xFU]};
+    const std::uint32_t brr = registers_[usart::kBrr];
     if (params_.low_power) {
         return cycle * Ticks{brr} / 256;
     }
-    if (is_set(registers_[kCr1], kOver8)) {
+    if (is_set(registers_[usart::kCr1], usart::kOver8)) {
         return cycle * Ticks{(brr & 0xFFF0U) | (brr & 7U) << 1U} / 2;
     }
     return cycle * Ticks{brr};
@@ -104,29 +108,29 @@ Ticks Usart::bit_time() const {
 
 /// Data bits of a frame, without parity.
 unsigned Usart::data_bits() const {
-    const std::uint32_t cr1 = registers_[kCr1];
-    const unsigned bits = is_set(cr1, kWordM1) ? 7 : is_set(cr1, kWordM0) ? 9 : 8;
-    return bits - (is_set(cr1, kParity) ? 1 : 0);
+    const std::uint32_t cr1 = registers_[usart::kCr1];
+    const unsigned bits = is_set(cr1, usart::kWordM1) ? 7 : is_set(cr1, usart::kWordM0) ? 9 : 8;
+    return bits - (is_set(cr1, usart::kParity) ? 1 : 0);
 }
 
 double Usart::stop_bits() const {
     constexpr std::array<double, 4> kStops{1, 0.5, 2, 1.5};
-    return kStops[field(registers_[kCr2], 12, 2)];
+    return kStops[field(registers_[usart::kCr2], 12, 2)];
 }
 
 Ticks Usart::byte_time() const {
-    const double bits = 1 + data_bits() + (is_set(registers_[kCr1], kParity) ? 1 : 0) + stop_bits();
+    const double bits = 1 + data_bits() + (is_set(registers_[usart::kCr1], usart::kParity) ? 1 : 0) + stop_bits();
     return static_cast<Ticks>(bits * static_cast<double>(bit_time()));
 }
 
 double Usart::baud() const { return static_cast<double>(kTicksPerSecond) / static_cast<double>(bit_time()); }
 
 bool Usart::listens() const {
-    return is_set(registers_[kCr1], kEnable) && is_set(registers_[kCr1], kReceive) &&
-           (!machine_.events.is_frozen() || is_set(registers_[kCr1], kStopEnable));
+    return is_set(registers_[usart::kCr1], usart::kEnable) && is_set(registers_[usart::kCr1], usart::kReceive) &&
+           (!machine_.events.is_frozen() || is_set(registers_[usart::kCr1], usart::kStopEnable));
 }
 
-std::size_t Usart::room() const { return is_set(registers_[kCr1], kFifoOn) ? kFifo : 1; }
+std::size_t Usart::room() const { return is_set(registers_[usart::kCr1], usart::kFifoOn) ? kFifo : 1; }
 
 /// The other end sends with the same parity; the parity bit is above the data bits in RDR.
 void Usart::receive(std::uint8_t byte, bool framing_error) {
@@ -134,11 +138,11 @@ void Usart::receive(std::uint8_t byte, bool framing_error) {
         return;
     }
     std::uint32_t word = byte & ((1U << data_bits()) - 1U);
-    if (is_set(registers_[kCr1], kParity)) {
+    if (is_set(registers_[usart::kCr1], usart::kParity)) {
         const bool odd = std::popcount(word) % 2 == 1;
-        word |= flag(odd != is_set(registers_[kCr1], kOddParity), data_bits());
+        word |= flag(odd != is_set(registers_[usart::kCr1], usart::kOddParity), data_bits());
     }
-    if (incoming_.size() >= room() && !is_set(registers_[kCr3], kNoOverrun)) {
+    if (incoming_.size() >= room() && !is_set(registers_[usart::kCr3], usart::kNoOverrun)) {
         overrun_ = true;
     } else {
         if (incoming_.size() >= room()) {
@@ -157,14 +161,14 @@ void Usart::receive(std::uint8_t byte, bool framing_error) {
 
 /// A byte in Stop mode: WUF, if CR3.WUS selects the start bit or the received byte.
 void Usart::wake_up() {
-    if (!is_set(registers_[kCr3], 21)) {
+    if (!is_set(registers_[usart::kCr3], 21)) {
         throw RunFailure("wake-up by an address (CR3.WUS = 0) is not in this model");
     }
     wake_up_ = true;
 }
 
 void Usart::send() {
-    if (!outgoing_.empty() && !sent_.is_due() && is_set(registers_[kCr1], kTransmit)) {
+    if (!outgoing_.empty() && !sent_.is_due() && is_set(registers_[usart::kCr1], usart::kTransmit)) {
         if (params_.check_pins) {
             params_.check_pins();
         }
@@ -186,17 +190,17 @@ void Usart::sent() {
 
 /// Requests last as long as there is a byte to read, or room for one.
 void Usart::serve_dma() {
-    const std::uint32_t cr3 = registers_[kCr3];
-    if (serving_dma_ || !is_set(registers_[kCr1], kEnable)) {
+    const std::uint32_t cr3 = registers_[usart::kCr3];
+    if (serving_dma_ || !is_set(registers_[usart::kCr1], usart::kEnable)) {
         return;
     }
     serving_dma_ = true;
-    for (std::size_t before = incoming_.size(); is_set(cr3, kDmaReceive) && before > 0; before = incoming_.size()) {
+    for (std::size_t before = incoming_.size(); is_set(cr3, usart::kDmaReceive) && before > 0; before = incoming_.size()) {
         if (!dma_.request(params_.receive_request) || incoming_.size() == before) {
             break;
         }
     }
-    while (is_set(cr3, kDmaTransmit) && is_set(registers_[kCr1], kTransmit) && queued() < room()) {
+    while (is_set(cr3, usart::kDmaTransmit) && is_set(registers_[usart::kCr1], usart::kTransmit) && queued() < room()) {
         const std::size_t before = outgoing_.size();
         if (!dma_.request(params_.send_request) || outgoing_.size() == before) {
             break;
@@ -206,31 +210,34 @@ void Usart::serve_dma() {
 }
 
 std::uint32_t Usart::flags() const {
-    const std::uint32_t cr1 = registers_[kCr1];
-    const std::uint32_t cr3 = registers_[kCr3];
-    const bool fifo = is_set(cr1, kFifoOn);
-    const bool enabled = is_set(cr1, kEnable);
-    return flag(framing_, kFramingError) | flag(overrun_, kOverrun) | flag(idle_flag_, kIdle) |
-           flag(!incoming_.empty(), kNotEmpty) | flag(complete_, kComplete) | flag(queued() < room(), kNotFull) |
-           flag(idle_.is_due(), kBusy) | flag(wake_up_, kWakeUp) | flag(enabled && is_set(cr1, kTransmit), kSendEnabled) |
-           flag(enabled && is_set(cr1, kReceive), kReceiveEnabled) | flag(fifo && queued() == 0, kFifoEmpty) |
-           flag(fifo && incoming_.size() == kFifo, kFifoFull) |
-           flag(fifo && incoming_.size() >= kThresholds[field(cr3, 25, 3)], kReceiveThreshold) |
-           flag(fifo && kFifo - queued() >= kThresholds[field(cr3, 29, 3)], kSendThreshold);
+    const std::uint32_t cr1 = registers_[usart::kCr1];
+    const std::uint32_t cr3 = registers_[usart::kCr3];
+    const bool fifo = is_set(cr1, usart::kFifoOn);
+    const bool enabled = is_set(cr1, usart::kEnable);
+    return flag(framing_, usart::kFramingError) | flag(overrun_, usart::kOverrun) | flag(idle_flag_, usart::kIdle) |
+           flag(!incoming_.empty(), usart::kNotEmpty) | flag(complete_, usart::kComplete) |
+           flag(queued() < room(), usart::kNotFull) | flag(idle_.is_due(), usart::kBusy) | flag(wake_up_, usart::kWakeUp) |
+           flag(enabled && is_set(cr1, usart::kTransmit), usart::kSendEnabled) |
+           flag(enabled && is_set(cr1, usart::kReceive), usart::kReceiveEnabled) |
+           flag(fifo && queued() == 0, usart::kFifoEmpty) | flag(fifo && incoming_.size() == kFifo, usart::kFifoFull) |
+           flag(fifo && incoming_.size() >= usart::kThresholds[field(cr3, 25, 3)], usart::kReceiveThreshold) |
+           flag(fifo && kFifo - queued() >= usart::kThresholds[field(cr3, 29, 3)], usart::kSendThreshold);
 }
 
 void Usart::show_interrupt() {
-    constexpr std::uint32_t kSamePositions = 1U << kIdle | 1U << kNotEmpty | 1U << kComplete | 1U << kNotFull;
-    const std::uint32_t cr1 = registers_[kCr1];
-    const std::uint32_t cr3 = registers_[kCr3];
+    constexpr std::uint32_t kSamePositions =
+        1U << usart::kIdle | 1U << usart::kNotEmpty | 1U << usart::kComplete | 1U << usart::kNotFull;
+    const std::uint32_t cr1 = registers_[usart::kCr1];
+    const std::uint32_t cr3 = registers_[usart::kCr3];
     const std::uint32_t now = flags();
-    const bool wanted = (now & cr1 & kSamePositions) != 0 || (wake_up_ && is_set(cr3, kWakeUpInterrupt)) ||
-                        (framing_ && is_set(cr3, kErrorInterrupt)) ||
-                        (overrun_ && (is_set(cr1, kNotEmpty) || is_set(cr3, kErrorInterrupt))) ||
-                        (is_set(now, kFifoEmpty) && is_set(cr1, 30)) || (is_set(now, kFifoFull) && is_set(cr1, 31)) ||
-                        (is_set(now, kReceiveThreshold) && is_set(cr3, kReceiveThresholdInterrupt)) ||
-                        (is_set(now, kSendThreshold) && is_set(cr3, kSendThresholdInterrupt));
-    machine_.nvic.set_level(params_.interrupt, is_set(cr1, kEnable) && wanted);
+    const bool wanted = (now & cr1 & kSamePositions) != 0 || (wake_up_ && is_set(cr3, usart::kWakeUpInterrupt)) ||
+                        (framing_ && is_set(cr3, usart::kErrorInterrupt)) ||
+                        (overrun_ && (is_set(cr1, usart::kNotEmpty) || is_set(cr3, usart::kErrorInterrupt))) ||
+                        (is_set(now, usart::kFifoEmpty) && is_set(cr1, 30)) ||
+                        (is_set(now, usart::kFifoFull) && is_set(cr1, 31)) ||
+                        (is_set(now, usart::kReceiveThreshold) && is_set(cr3, usart::kReceiveThresholdInterrupt)) ||
+                        (is_set(now, usart::kSendThreshold) && is_set(cr3, usart::kSendThresholdInterrupt));
+    machine_.nvic.set_level(params_.interrupt, is_set(cr1, usart::kEnable) && wanted);
 }
 
 std::uint32_t Usart::take() {
@@ -246,9 +253,9 @@ std::uint32_t Usart::take() {
 
 std::uint32_t Usart::read(std::uint32_t offset) {
     switch (offset) {
-        case kIsr:
+        case usart::kIsr:
             return flags();
-        case kRdr:
+        case usart::kRdr:
             return take();
         default:
             return registers_.at(offset);
@@ -256,7 +263,7 @@ std::uint32_t Usart::read(std::uint32_t offset) {
 }
 
 void Usart::put(std::uint32_t value) {
-    if (queued() >= room() || !is_set(registers_[kCr1], kEnable)) {
+    if (queued() >= room() || !is_set(registers_[usart::kCr1], usart::kEnable)) {
         throw RunFailure("TDR is written while it is full or the USART is off");
     }
     outgoing_.push_back(static_cast<std::uint8_t>(value & ((1U << data_bits()) - 1U)));
@@ -265,23 +272,23 @@ void Usart::put(std::uint32_t value) {
 }
 
 void Usart::control(std::uint32_t value) {
-    constexpr std::uint32_t kFixed =
-        1U << kFifoOn | 1U << kWordM0 | 1U << kWordM1 | 1U << kOver8 | 1U << kParity | 1U << kOddParity;
-    const std::uint32_t before = registers_[kCr1];
-    if (is_set(before, kEnable) && is_set(value, kEnable) && ((before ^ value) & kFixed) != 0) {
+    constexpr std::uint32_t kFixed = 1U << usart::kFifoOn | 1U << usart::kWordM0 | 1U << usart::kWordM1 | 1U << usart::kOver8 |
+                                     1U << usart::kParity | 1U << usart::kOddParity;
+    const std::uint32_t before = registers_[usart::kCr1];
+    if (is_set(before, usart::kEnable) && is_set(value, usart::kEnable) && ((before ^ value) & kFixed) != 0) {
         throw RunFailure("CR1: FIFOEN, M, OVER8, PCE or PS changes while the USART is on");
     }
-    if (params_.low_power && is_set(value, kOver8)) {
+    if (params_.low_power && is_set(value, usart::kOver8)) {
         throw RunFailure("CR1: an LPUART has no OVER8");
     }
-    if (is_set(value, kEnable) && registers_[kBrr] < (params_.low_power ? 0x300U : 16U)) {
+    if (is_set(value, usart::kEnable) && registers_[usart::kBrr] < (params_.low_power ? 0x300U : 16U)) {
         throw RunFailure("the USART is enabled without a valid baud rate");
     }
-    if (is_set(value, kEnable) && params_.clock() == 0) {
+    if (is_set(value, usart::kEnable) && params_.clock() == 0) {
         throw RunFailure("the USART is enabled without a kernel clock (RCC CCIPR)");
     }
-    registers_.at(kCr1) = value;
-    if (!is_set(value, kEnable)) {
+    registers_.at(usart::kCr1) = value;
+    if (!is_set(value, usart::kEnable)) {
         outgoing_.clear();
         incoming_.clear();
         sent_.cancel();
@@ -292,30 +299,30 @@ void Usart::control(std::uint32_t value) {
 }
 
 void Usart::clear_flags(std::uint32_t value) {
-    overrun_ = overrun_ && !is_set(value, kOverrun);
-    framing_ = framing_ && !is_set(value, kFramingError);
-    idle_flag_ = idle_flag_ && !is_set(value, kIdle);
-    complete_ = complete_ && !is_set(value, kComplete);
-    wake_up_ = wake_up_ && !is_set(value, kWakeUp);
+    overrun_ = overrun_ && !is_set(value, usart::kOverrun);
+    framing_ = framing_ && !is_set(value, usart::kFramingError);
+    idle_flag_ = idle_flag_ && !is_set(value, usart::kIdle);
+    complete_ = complete_ && !is_set(value, usart::kComplete);
+    wake_up_ = wake_up_ && !is_set(value, usart::kWakeUp);
 }
 
 void Usart::write(std::uint32_t offset, std::uint32_t value) {
     registers_.check(offset, value);
-    const bool set_up = offset == kCr2 || offset == kBrr || offset == kPresc;
-    if (set_up && value != registers_.at(offset) && is_set(registers_[kCr1], kEnable)) {
+    const bool set_up = offset == usart::kCr2 || offset == usart::kBrr || offset == usart::kPresc;
+    if (set_up && value != registers_.at(offset) && is_set(registers_[usart::kCr1], usart::kEnable)) {
         throw RunFailure("CR2, BRR or PRESC is written while the USART is on");
     }
     switch (offset) {
-        case kTdr:
+        case usart::kTdr:
             put(value);
             break;
-        case kIcr:
+        case usart::kIcr:
             clear_flags(value);
             break;
-        case kCr1:
+        case usart::kCr1:
             control(value);
             break;
-        case kRqr:
+        case usart::kRqr:
             if (is_set(value, 3)) {
                 incoming_.clear();
             }
@@ -332,7 +339,7 @@ void Usart::write(std::uint32_t offset, std::uint32_t value) {
 
 /// DMA and drivers write bytes to the data register.
 void Usart::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
-    if (offset != kTdr) {
+    if (offset != usart::kTdr) {
         Peripheral::write_narrow(offset, value, bytes);
     }
     write(offset, value);

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 namespace tricoil::virtual_board {
-namespace {
+namespace usb {
 
 constexpr std::uint32_t kCntr = 0x40;
 constexpr std::uint32_t kIstr = 0x44;
@@ -27,6 +27,10 @@ constexpr unsigned kSendStatus = 4;
 constexpr std::uint16_t kToggling = 0x7070;  // both toggles and both status fields: writing 1 changes the bit
 constexpr std::uint16_t kClearing = 0x8080;  // both CTR bits: writing 0 clears
 constexpr std::uint16_t kPlain = 0x070F;     // type, kind, address
+
+}  // namespace usb
+
+namespace {
 
 enum Status : std::uint32_t { disabled, stalls, not_ready, valid };
 enum Type : std::uint32_t { bulk, control };
@@ -77,21 +81,21 @@ Usb::Usb(Machine& machine, int interrupt, std::function<bool()> has_clock)
     : machine_(machine),
       interrupt_(interrupt),
       has_clock_(std::move(has_clock)),
-      registers_{{kCntr, 3, "CNTR", 0xFF5F, "L1RESUME@5 L1REQM@7"},
-                 {kIstr, 0, "ISTR", kAllBits},
-                 {kFnr, 0, "FNR", kAllBits},
-                 {kDaddr, 0, "DADDR", 0xFF},
-                 {kBtable, 0, "BTABLE", 0xFFFF},
+      registers_{{usb::kCntr, 3, "CNTR", 0xFF5F, "L1RESUME@5 L1REQM@7"},
+                 {usb::kIstr, 0, "ISTR", kAllBits},
+                 {usb::kFnr, 0, "FNR", kAllBits},
+                 {usb::kDaddr, 0, "DADDR", 0xFF},
+                 {usb::kBtable, 0, "BTABLE", 0xFFFF},
                  {0x54, 0, "LPMCSR", 0, "LPMEN@0 LPMACK@1"},
-                 {kBcdr, 0, "BCDR", 0x8000, "BCDEN@0 DCDEN@1 PDEN@2 SDEN@3"}} {}
+                 {usb::kBcdr, 0, "BCDR", 0x8000, "BCDEN@0 DCDEN@1 PDEN@2 SDEN@3"}} {}
 
 bool Usb::is_attached() const {
-    return is_set(registers_[kBcdr], kPullUp) && !is_set(registers_[kCntr], kPowerDown) &&
-           !is_set(registers_[kCntr], kForcedReset);
+    return is_set(registers_[usb::kBcdr], kPullUp) && !is_set(registers_[usb::kCntr], kPowerDown) &&
+           !is_set(registers_[usb::kCntr], kForcedReset);
 }
 
 bool Usb::answers(std::uint8_t address) const {
-    if (!is_attached() || !is_set(registers_[kDaddr], kEnabled) || (registers_[kDaddr] & 0x7FU) != address) {
+    if (!is_attached() || !is_set(registers_[usb::kDaddr], kEnabled) || (registers_[usb::kDaddr] & 0x7FU) != address) {
         return false;
     }
     if (!has_clock_()) {
@@ -102,7 +106,8 @@ bool Usb::answers(std::uint8_t address) const {
 
 int Usb::endpoint_at(unsigned address) const {
     for (unsigned n = 0; n < kEndpoints; ++n) {
-        const bool used = field(endpoints_[n], kReceiveStatus, 2) != disabled || field(endpoints_[n], kSendStatus, 2) != disabled;
+        const bool used =
+            field(endpoints_[n], usb::kReceiveStatus, 2) != disabled || field(endpoints_[n], usb::kSendStatus, 2) != disabled;
         if (used && (endpoints_[n] & 0xFU) == address) {
             return static_cast<int>(n);
         }
@@ -111,11 +116,11 @@ int Usb::endpoint_at(unsigned address) const {
 }
 
 /// `what`: 0 transmit address, 1 transmit count, 2 receive address, 3 receive buffer size and count.
-std::uint32_t Usb::table(unsigned n, unsigned what) const { return registers_[kBtable] + 8 * n + 2 * what; }
+std::uint32_t Usb::table(unsigned n, unsigned what) const { return registers_[usb::kBtable] + 8 * n + 2 * what; }
 
 void Usb::bus_reset() {
     endpoints_.fill(0);
-    registers_.at(kDaddr) = 0;
+    registers_.at(usb::kDaddr) = 0;
     events_ |= 1U << kResetEvent;
     show_interrupt();
 }
@@ -141,12 +146,13 @@ Handshake Usb::setup(std::uint8_t address, std::span<const std::uint8_t, 8> requ
         return Handshake::none;
     }
     std::uint16_t& endpoint = endpoints_[static_cast<unsigned>(n)];
-    if (field(endpoint, kType, 2) != control || is_set(endpoint, kReceived) || !store(static_cast<unsigned>(n), request)) {
+    if (field(endpoint, usb::kType, 2) != control || is_set(endpoint, usb::kReceived) ||
+        !store(static_cast<unsigned>(n), request)) {
         return Handshake::none;
     }
-    set_field(endpoint, kReceiveStatus, 2, not_ready);
-    set_field(endpoint, kSendStatus, 2, not_ready);
-    endpoint |= 1U << kReceived | 1U << kSetup | 1U << kReceiveToggle | 1U << kSendToggle;
+    set_field(endpoint, usb::kReceiveStatus, 2, not_ready);
+    set_field(endpoint, usb::kSendStatus, 2, not_ready);
+    endpoint |= 1U << usb::kReceived | 1U << usb::kSetup | 1U << usb::kReceiveToggle | 1U << usb::kSendToggle;
     show_interrupt();
     return Handshake::ack;
 }
@@ -157,24 +163,24 @@ Handshake Usb::out(std::uint8_t address, unsigned endpoint_address, bool toggle,
         return Handshake::none;
     }
     std::uint16_t& endpoint = endpoints_[static_cast<unsigned>(n)];
-    const std::uint32_t status = field(endpoint, kReceiveStatus, 2);
+    const std::uint32_t status = field(endpoint, usb::kReceiveStatus, 2);
     if (status != valid) {
         return status == stalls ? Handshake::stall : status == not_ready ? Handshake::nak : Handshake::none;
     }
-    if (is_set(endpoint, kKind) && field(endpoint, kType, 2) == bulk) {
+    if (is_set(endpoint, usb::kKind) && field(endpoint, usb::kType, 2) == bulk) {
         throw RunFailure("double-buffered endpoints are not in this model");
     }
-    if (toggle != is_set(endpoint, kReceiveToggle)) {
+    if (toggle != is_set(endpoint, usb::kReceiveToggle)) {
         return Handshake::ack;
     }
-    const bool status_only = is_set(endpoint, kKind) && field(endpoint, kType, 2) == control;
+    const bool status_only = is_set(endpoint, usb::kKind) && field(endpoint, usb::kType, 2) == control;
     if ((status_only && !data.empty()) || !store(static_cast<unsigned>(n), data)) {
-        set_field(endpoint, kReceiveStatus, 2, stalls);
+        set_field(endpoint, usb::kReceiveStatus, 2, stalls);
         return Handshake::stall;
     }
-    set_field(endpoint, kReceiveStatus, 2, not_ready);
-    endpoint = static_cast<std::uint16_t>((endpoint ^ 1U << kReceiveToggle) | 1U << kReceived);
-    endpoint &= static_cast<std::uint16_t>(~(1U << kSetup));
+    set_field(endpoint, usb::kReceiveStatus, 2, not_ready);
+    endpoint = static_cast<std::uint16_t>((endpoint ^ 1U << usb::kReceiveToggle) | 1U << usb::kReceived);
+    endpoint &= static_cast<std::uint16_t>(~(1U << usb::kSetup));
     show_interrupt();
     return Handshake::ack;
 }
@@ -185,7 +191,7 @@ Handshake Usb::in(std::uint8_t address, unsigned endpoint_address, bool& toggle,
         return Handshake::none;
     }
     std::uint16_t& endpoint = endpoints_[static_cast<unsigned>(n)];
-    const std::uint32_t status = field(endpoint, kSendStatus, 2);
+    const std::uint32_t status = field(endpoint, usb::kSendStatus, 2);
     if (status != valid) {
         return status == stalls ? Handshake::stall : status == not_ready ? Handshake::nak : Handshake::none;
     }
@@ -196,29 +202,29 @@ Handshake Usb::in(std::uint8_t address, unsigned endpoint_address, bool& toggle,
             fmt::format("endpoint {} sends {} bytes at {:#x}: too long or outside the packet memory", n, count, from));
     }
     data.assign(memory_.bytes.begin() + from, memory_.bytes.begin() + from + count);
-    toggle = is_set(endpoint, kSendToggle);
-    set_field(endpoint, kSendStatus, 2, not_ready);
-    endpoint = static_cast<std::uint16_t>((endpoint ^ 1U << kSendToggle) | 1U << kSent);
+    toggle = is_set(endpoint, usb::kSendToggle);
+    set_field(endpoint, usb::kSendStatus, 2, not_ready);
+    endpoint = static_cast<std::uint16_t>((endpoint ^ 1U << usb::kSendToggle) | 1U << usb::kSent);
     show_interrupt();
     return Handshake::ack;
 }
 
 std::uint32_t Usb::status() const {
     for (unsigned n = 0; n < kEndpoints; ++n) {
-        if ((endpoints_[n] & kClearing) != 0) {
-            return events_ | 1U << kTransferEvent | n | flag(is_set(endpoints_[n], kReceived), 4);
+        if ((endpoints_[n] & usb::kClearing) != 0) {
+            return events_ | 1U << kTransferEvent | n | flag(is_set(endpoints_[n], usb::kReceived), 4);
         }
     }
     return events_;
 }
 
-void Usb::show_interrupt() { machine_.nvic.set_level(interrupt_, (status() & registers_[kCntr] & 0xFF80U) != 0); }
+void Usb::show_interrupt() { machine_.nvic.set_level(interrupt_, (status() & registers_[usb::kCntr] & 0xFF80U) != 0); }
 
 std::uint32_t Usb::read(std::uint32_t offset) {
     if (offset < 4 * kEndpoints) {
         return endpoints_[offset / 4];
     }
-    return offset == kIstr ? status() : registers_.at(offset);
+    return offset == usb::kIstr ? status() : registers_.at(offset);
 }
 
 void Usb::write(std::uint32_t offset, std::uint32_t value) {
@@ -226,17 +232,17 @@ void Usb::write(std::uint32_t offset, std::uint32_t value) {
     if (offset < 4 * kEndpoints) {
         std::uint16_t& endpoint = endpoints_[offset / 4];
         const auto written = static_cast<std::uint16_t>(value);
-        endpoint = static_cast<std::uint16_t>((written & kPlain) | (endpoint & written & kClearing) |
-                                              ((endpoint ^ written) & kToggling) | (endpoint & 1U << kSetup));
-    } else if (offset == kIstr) {
+        endpoint = static_cast<std::uint16_t>((written & usb::kPlain) | (endpoint & written & usb::kClearing) |
+                                              ((endpoint ^ written) & usb::kToggling) | (endpoint & 1U << usb::kSetup));
+    } else if (offset == usb::kIstr) {
         events_ &= value;
-    } else if (offset == kCntr && is_set(value, kForcedReset)) {
-        registers_.at(kCntr) = value;
+    } else if (offset == usb::kCntr && is_set(value, kForcedReset)) {
+        registers_.at(usb::kCntr) = value;
         endpoints_.fill(0);
         events_ = 0;
-        registers_.at(kDaddr) = 0;
-    } else if (offset == kBtable) {
-        registers_.at(kBtable) = value & 0xFFF8U;
+        registers_.at(usb::kDaddr) = 0;
+    } else if (offset == usb::kBtable) {
+        registers_.at(usb::kBtable) = value & 0xFFF8U;
     } else {
         registers_.at(offset) = value;
     }

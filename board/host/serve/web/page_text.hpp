@@ -1,4 +1,4 @@
-// Text of the live page; empty in a program that was built without the page.
+// Text of the live page.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "board/host/commands/device_list.hpp"
+#include "board/linux/device_list.hpp"
 
 #include <fmt/format.h>
 #include <net/if.h>
@@ -8,13 +8,15 @@
 #include <fstream>
 
 #include "board/support/errors.hpp"
+#ifdef TRICOIL_WITH_USB
 #include "drivers/libusb/usb_device.hpp"
+#endif
 
-namespace tricoil::host {
+namespace tricoil::linux_board {
 namespace {
 
-constexpr std::uint16_t kVendor = 0x1209;
-constexpr std::uint16_t kProduct = 0x0001;
+using host::Json;
+
 constexpr int kArphrdCan = 280;
 
 /// CAN interfaces of the kernel. The MTU shows CAN FD.
@@ -22,7 +24,7 @@ Json can_interfaces() {
     Json found = Json::array();
     struct if_nameindex* const all = ::if_nameindex();
     if (all == nullptr) {
-        throw DeviceError(std::string("network interfaces cannot be listed (") + std::strerror(errno) + ")");
+        throw host::DeviceError(std::string("network interfaces cannot be listed (") + std::strerror(errno) + ")");
     }
     for (struct if_nameindex* i = all; i->if_index != 0; ++i) {
         const std::string folder = std::string("/sys/class/net/") + i->if_name;
@@ -42,12 +44,15 @@ Json can_interfaces() {
 
 Json connected_devices() {
     Json all = can_interfaces();
-    for (const auto& usb : drivers::list_usb(kVendor, kProduct)) {
-        std::string uri = fmt::format("usb:{:04x}:{:04x}", kVendor, kProduct);
+#ifdef TRICOIL_WITH_USB
+    const drivers::UsbAddress any;
+    for (const auto& usb : drivers::list_usb(any.vendor, any.product)) {
+        std::string uri = fmt::format("usb:{:04x}:{:04x}", any.vendor, any.product);
         uri += usb.serial.empty() ? "" : ":" + usb.serial;
         all.push_back({{"uri", uri}, {"product", usb.product}});
     }
+#endif
     return all;
 }
 
-}  // namespace tricoil::host
+}  // namespace tricoil::linux_board

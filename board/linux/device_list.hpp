@@ -3,9 +3,9 @@
 
 #include "board/support/json_text.hpp"
 
-namespace tricoil::host {
+namespace tricoil::linux_board {
 
 /// Array of objects: uri; of a CAN interface also fd, of a USB device also product. Throws DeviceError.
-Json connected_devices();
+host::Json connected_devices();
 
-}  // namespace tricoil::host
+}  // namespace tricoil::linux_board

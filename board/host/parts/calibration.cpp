@@ -1,0 +1,15 @@
+// Commands of the executable tricoil-calibration.
+#include "board/host/commands/commands.hpp"
+
+namespace tricoil::host {
+
+std::span<const OwnCommand> own_commands() {
+    static constexpr OwnCommand kOwn[] = {
+        {"calibrate", add_calibrate_command},
+        {"evaluate", add_evaluate_command},
+        {"help", add_help_command},
+    };
+    return kOwn;
+}
+
+}  // namespace tricoil::host

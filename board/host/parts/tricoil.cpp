@@ -1,0 +1,15 @@
+// Commands of the executable tricoil: what the first pose needs.
+#include "board/host/commands/commands.hpp"
+
+namespace tricoil::host {
+
+std::span<const OwnCommand> own_commands() {
+    static constexpr OwnCommand kOwn[] = {
+        {"run", [](CLI::App* sub, Action& action) { add_run_command(sub, action, nullptr); }},
+        {"help", add_help_command},
+        {"completion", add_completion_command},
+    };
+    return kOwn;
+}
+
+}  // namespace tricoil::host
