@@ -9,7 +9,11 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 
 # Compilers and linkers are started by toolchain/cmake/launch, which counts their processor time (toolchain/build --costs).
-find_program(TRICOIL_CCACHE ccache)
+# ccache is used if it is there at the first configuration: it costs a tenth of a build that finds nothing in the cache, and one that comes
+# later would compile all again.
+if(NOT DEFINED TRICOIL_CCACHE)
+  find_program(TRICOIL_CCACHE ccache)
+endif()
 if(NOT CMAKE_CXX_COMPILER_LAUNCHER AND TRICOIL_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_CURRENT_LIST_DIR}/launch ${TRICOIL_CCACHE})
 elseif(NOT CMAKE_CXX_COMPILER_LAUNCHER)
