@@ -3,11 +3,11 @@
 see fake_machine.py."""
 
 import pathlib
-import sys
+import shutil
 import time
 import unittest
 
-from fake_machine import FakeMachine
+from fake_machine import ROOT, FakeMachine
 
 # A build that makes the program, which prints its arguments.
 BUILD = """
@@ -178,10 +178,17 @@ class Test(FakeMachine):
         self.assertIn("not run: test kernel: tests (needs test kernel: build)", done.stderr)
 
     def test_all_quick_parts_for_ci(self):
-        done = self.run_script("test", "--quick", "--boards", "--kernel", "--fuzz")
-        self.assertEqual(done.returncode, 0)
+        shutil.copytree(ROOT / ".ci", self.root / ".ci")
+        done = self.run_script("../.ci/run")
+        self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.parts()[:len(self.QUICK)], self.QUICK)
+        for part in ("budgets qemu-an386", "budgets qemu-an385", "kernel ", "fuzz --round-robin 60"):
+            self.assertIn(part, self.parts())
         self.assertEqual(done.stdout.splitlines()[-1], "100% tests passed, 0 tests failed out of 45")
+        done = self.run_script("../.ci/run", FINDING="60", FAILING="^quick$")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("test: failed: host: quick tests; fuzzing", done.stderr)
+        self.assertEqual(done.stdout.splitlines()[-1], "97% tests passed, 1 tests failed out of 42")
 
     def test_unknown_option(self):
         self.fails("test", "--all", status=2, naming="unknown option '--all'; use --boards")
