@@ -49,7 +49,8 @@ constexpr const char* kTools = "tricoil-tools";
 constexpr ListedCommand kCommands[] = {
     {"Track", "run", "Track a simulated sensor (poses are compared with the truth) or a real device"},
     {"Track", "serve", "Track, and send poses to other programs", kServe},
-    {"Track", "demo", "Open the live page on a tour: hand, motion error, filter, metal, unplugged sensor", kServe, Component::web},
+    {"Track", "demo", "Open the live page on a tour: hand, motion error, filter, metal, unplugged sensor", kServe,
+     Component::web},
     {"Recordings", "replay", "Track a recording again: bit for bit, or with another tracker", kTools},
     {"Recordings", "smooth", "Best estimate of a recorded motion: each pose from the columns before and after it", kTools},
     {"Recordings", "convert", "Convert the poses of a recording for other programs", kTools},
@@ -99,10 +100,11 @@ int continue_as(const char* executable, const char* user, const std::vector<std:
     }
     words.push_back(nullptr);
     ::execv(path.c_str(), words.data());
-    throw DeviceError(errno == ENOENT ? fmt::format("{}: {} is not built or not installed; build all of tricoil with cmake --build, "
-                                                    "or install the package tricoil again",
-                                                    user, path.string())
-                                      : fmt::format("{}: {} does not start ({})", user, path.string(), std::strerror(errno)));
+    throw DeviceError(errno == ENOENT
+                          ? fmt::format("{}: {} is not built or not installed; build all of tricoil with cmake --build, "
+                                        "or install the package tricoil again",
+                                        user, path.string())
+                          : fmt::format("{}: {} does not start ({})", user, path.string(), std::strerror(errno)));
 }
 
 }  // namespace

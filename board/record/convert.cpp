@@ -138,8 +138,8 @@ std::uint64_t convert(const Recording& recording, const std::string& name, const
     if (name == "openigtlink") {
         require(Component::openigtlink, "--to openigtlink");
     }
-    constexpr std::array<Form (*)(const Put&), 6> kForms{json_form,    csv_form, mat_form, mcap_form,
-                                                         candump_form, igtl_form};  // of poses alone
+    constexpr std::array<Form (*)(const Put&), 6> kForms{json_form, csv_form,     mat_form,
+                                                         mcap_form, candump_form, igtl_form};  // of poses alone
     const std::size_t index = index_of_name("--to", name, convert_formats());
     const Form form = index < kForms.size() ? kForms.at(index)(put) : rests_form(put, recording);
     const std::uint64_t count = for_each_pose(recording, form.take, progress);

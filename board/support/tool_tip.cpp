@@ -5,11 +5,11 @@
 #include <charconv>
 
 #include "board/support/checked_table.hpp"
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
 #include "board/support/toml_text.hpp"
+#include "core/geometry/cholesky.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::host {
@@ -59,8 +59,10 @@ ToolTip parse_tip(const std::string& text) {
     return tip;
 }
 
+/// Symmetric, and no eigenvalue is below -kAsymmetry_m2.
 bool is_covariance(const Mat3<double>& m) {
-    return (m - m.transpose()).cwiseAbs().maxCoeff() <= kAsymmetry_m2 && eigen_of_symmetric(m).values(0) >= -kAsymmetry_m2;
+    const Cholesky<double, 3> shifted(m + kAsymmetry_m2 * Mat3<double>::Identity());
+    return (m - m.transpose()).cwiseAbs().maxCoeff() <= kAsymmetry_m2 && shifted.ok();
 }
 
 }  // namespace

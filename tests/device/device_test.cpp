@@ -62,8 +62,7 @@ TEST_F(Device, TracksFdmAtNineHundredAndSixtyFrames) {
     EXPECT_EQ(summary()["columns_lost"], 0);
 }
 
-/// The front end does not wait: columns that the host does not read in time are lost. (960 frames a second need an idle machine,
-/// because the test kernel shares one processor among front end, bus and tracker.)
+/// The front end does not wait: columns that the host does not read in time are lost.
 TEST_F(Device, LosesNothingAtTheFrontEndsOwnPace) {
     Program peer(front_end("--pace real --watchdog-us 3000000 --duration 20"));
     Program tracker(tricoil("--device can:vcan0 --duration 4"));

@@ -9,7 +9,11 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 
 # Compilers and linkers are started by toolchain/cmake/launch, which counts their processor time (toolchain/build --costs).
-find_program(TRICOIL_CCACHE ccache)
+# ccache is used if it is there at the first configuration: it costs a tenth of a build that finds nothing in the cache, and one that comes
+# later would compile all again.
+if(NOT DEFINED TRICOIL_CCACHE)
+  find_program(TRICOIL_CCACHE ccache)
+endif()
 if(NOT CMAKE_CXX_COMPILER_LAUNCHER AND TRICOIL_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_CURRENT_LIST_DIR}/launch ${TRICOIL_CCACHE})
 elseif(NOT CMAKE_CXX_COMPILER_LAUNCHER)
@@ -95,7 +99,8 @@ function(tricoil_library name)
     target_compile_options(${name} PRIVATE -fno-exceptions $<$<BOOL:${CMAKE_CROSSCOMPILING}>:-fno-rtti>)
   endif()
   if(NOT ARG_FREESTANDING)
-    tricoil_use_precompiled(${name} tricoil_hosted_headers)
+    tricoil_headers_for(headers ${ARG_DEPENDS})
+    tricoil_use_precompiled(${name} ${headers})
   endif()
   if((ARG_FREESTANDING OR ARG_FAST) AND NOT CMAKE_CROSSCOMPILING)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O2>)

@@ -2,7 +2,7 @@
 
 #include <array>
 #include <cmath>
-#include <regex>
+#include <string_view>
 
 #include "core/linear/quaternion.hpp"
 
@@ -24,30 +24,34 @@ const std::array<NamedDirection, 6>& directions() {
     return all;
 }
 
-Vec3<double> direction_of(const std::string& name) {
-    for (const NamedDirection& direction : directions()) {
-        if (name == direction.name) {
-            return direction.axis;
+struct NamedAxis {
+    int axis = 0;
+    Vec3<double> direction;
+};
+
+/// Removes an axis and its direction from the front of the text: "Zin".
+std::optional<NamedAxis> take_axis(std::string_view& text) {
+    for (const NamedDirection& one : directions()) {
+        if (!text.empty() && text[0] >= 'X' && text[0] <= 'Z' && text.substr(1).starts_with(one.name)) {
+            const int axis = text[0] - 'X';
+            text.remove_prefix(1 + std::string_view(one.name).size());
+            return NamedAxis{axis, one.axis};
         }
     }
-    return Vec3<double>::Zero();
+    return std::nullopt;
 }
 
 }  // namespace
 
 std::optional<Mat3<double>> rotation_of_fixture(const std::string& name) {
-    static const std::regex pattern("([XYZ])(right|left|out|in|up|down)([XYZ])(right|left|out|in|up|down)");
-    std::smatch match;
-    if (!std::regex_match(name, match, pattern)) {
+    std::string_view text = name;
+    const auto one = take_axis(text);
+    const auto other = take_axis(text);
+    if (!one || !other || !text.empty() || one->axis == other->axis || std::abs(one->direction.dot(other->direction)) > 0.5) {
         return std::nullopt;
     }
-    const int first = match[1].str()[0] - 'X';
-    const int second = match[3].str()[0] - 'X';
-    const Vec3<double> a = direction_of(match[2]);
-    const Vec3<double> b = direction_of(match[4]);
-    if (first == second || std::abs(a.dot(b)) > 0.5) {
-        return std::nullopt;
-    }
+    const auto [first, a] = *one;
+    const auto [second, b] = *other;
     Mat3<double> rotation;
     rotation.col(first) = a;
     rotation.col(second) = b;

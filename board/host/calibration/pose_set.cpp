@@ -3,13 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <complex>
 #include <filesystem>
 #include <numbers>
-#include <regex>
 #include <span>
+#include <tuple>
+#include <utility>
 
 #include "board/support/coupling_text.hpp"
 #include "board/support/distinct_files.hpp"
@@ -112,6 +114,23 @@ MeasuredPose parse_csv(const std::vector<std::string_view>& fields, std::size_t 
     return pose;
 }
 
+/// Names of the fixtures in a file name "soSOURCE_seSENSOR..."; empty if it has another form.
+std::pair<std::string, std::string> fixtures_of(std::string_view name) {
+    const auto take = [&name](std::string_view before) {
+        std::string word;
+        if (name.starts_with(before)) {
+            const auto is_other = [](unsigned char c) { return std::isalnum(c) == 0; };
+            const auto end = std::find_if(name.begin() + before.size(), name.end(), is_other);
+            word.assign(name.begin() + before.size(), end);
+            name.remove_prefix(static_cast<std::size_t>(end - name.begin()));
+        }
+        return word;
+    };
+    std::string source = take("so");
+    std::string sensor = source.empty() ? "" : take("_se");
+    return sensor.empty() ? std::pair<std::string, std::string>{} : std::pair{std::move(source), std::move(sensor)};
+}
+
 }  // namespace
 
 PoseFile read_pose_file(const std::string& path) {
@@ -125,12 +144,7 @@ PoseFile read_pose_file(const std::string& path) {
     }
     PoseFile file;
     file.path = path;
-    std::smatch match;
-    const std::string name = std::filesystem::path(path).filename().string();
-    if (static const std::regex pattern("so([A-Za-z0-9]+)_se([A-Za-z0-9]+).*"); std::regex_match(name, match, pattern)) {
-        file.source_fixture = match[1];
-        file.sensor_fixture = match[2];
-    }
+    std::tie(file.source_fixture, file.sensor_fixture) = fixtures_of(std::filesystem::path(path).filename().string());
     for (std::size_t i = csv ? 1 : 0; i < lines.size(); ++i) {
         const TextPlace place{path, i + 1};
         const auto fields = split(lines[i], csv ? ',' : ' ');

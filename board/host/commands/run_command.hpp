@@ -24,8 +24,8 @@ struct RunCommand {
     std::string json_lines;  // of tricoil run: empty or "-"
     bool json = false;
     bool list = false;
-    const CLI::App* app = nullptr;  // of `run`; null in `serve`
-    std::vector<const CLI::Option*> shared_options;  // of `run` and `serve`; only in `run`
+    const CLI::App* app = nullptr;                                              // of `run`; null in `serve`
+    std::vector<const CLI::Option*> shared_options;                             // of `run` and `serve`; only in `run`
     int (*serve_json_lines)(const std::shared_ptr<RunCommand>& run) = nullptr;  // see add_run_command()
     CLI::Option* duration = nullptr;
     CLI::Option* device_option = nullptr;
