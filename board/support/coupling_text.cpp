@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <cmath>
 #include <complex>
 
@@ -73,7 +72,7 @@ void check_couplings(const CouplingFrame& couplings, const TextPlace& place) {
     using Complex = std::complex<double>;
     const Mat3<double> quadrature = couplings.quadrature.value_or(Mat3<double>::Zero());
     const Mat3<Complex> x = couplings.x.cast<Complex>() + Complex(0, 1) * quadrature.cast<Complex>();
-    if (!(std::abs(x.determinant()) > 1e-6 * std::pow(x.norm(), 3))) {
+    if (!(std::abs(x.determinant()) > 1e-6 * std::pow(std::hypot(couplings.x.norm(), quadrature.norm()), 3))) {
         throw InputError(place.str() +
                          ": the couplings are zero or have rank below three: a coil or a channel was dead; remove the line");
     }

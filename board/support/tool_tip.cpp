@@ -9,7 +9,7 @@
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
 #include "board/support/toml_text.hpp"
-#include "core/geometry/cholesky.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::host {

@@ -519,25 +519,23 @@ public:
             entries_[n] = entries[n];
         }
     }
-    /// A vector is also constructed from a row, and a row from a vector.
     template <typename B>
+        requires(Dense<B>::kRows == Rows && Dense<B>::kColumns == Columns)
     constexpr Matrix(const Dense<B>& b) {
-        if constexpr (Dense<B>::kRows == Rows) {
-            static_assert(Dense<B>::kColumns == Columns);
-            this->assign([&](int i, int j) -> const Scalar& { return b(i, j); });
-        } else {
-            static_assert(Dense<B>::kRows == Columns && Dense<B>::kColumns == Rows && (Rows == 1 || Columns == 1));
-            this->assign([&](int i, int j) -> const Scalar& { return b(j, i); });
-        }
+        this->assign([&](int i, int j) -> const Scalar& { return b(i, j); });
     }
+    /// A column from a row, and a row from a column.
+    template <typename B>
+        requires(Dense<B>::kRows == Columns && Dense<B>::kColumns == Rows && Rows != Columns && (Rows == 1 || Columns == 1))
+    constexpr Matrix(const Dense<B>& b) : Matrix(b.transpose()) {}
     constexpr Matrix(const DiagonalMatrix<Scalar, Rows>& d) {
         this->setZero();
         this->diagonal() = d.entries;
     }
     template <ForeignMatrix M>
+        requires((int{M::RowsAtCompileTime} == Rows || int{M::RowsAtCompileTime} < 0) &&
+                 (int{M::ColsAtCompileTime} == Columns || int{M::ColsAtCompileTime} < 0))
     Matrix(const M& m) {
-        static_assert(M::RowsAtCompileTime == Rows || M::RowsAtCompileTime < 0);
-        static_assert(M::ColsAtCompileTime == Columns || M::ColsAtCompileTime < 0);
         const auto& value = m.eval();
         this->assign([&](int i, int j) { return value.coeff(i, j); });
     }

@@ -69,6 +69,18 @@ public:
     constexpr Quaternion& setIdentity() { return *this = Identity(); }
     constexpr void normalize() { coeffs_.normalize(); }
     constexpr Quaternion normalized() const { return Quaternion(coeffs_.normalized()); }
+    /// Attitude at share t of the shortest rotation from this to b; both have length one (Shoemake 1985).
+    Quaternion slerp(Scalar t, const Quaternion& b) const {
+        const Scalar cosine = dot(b);
+        Scalar from = Scalar(1) - t;
+        Scalar to = t;
+        if (std::abs(cosine) < Scalar(1) - std::numeric_limits<Scalar>::epsilon()) {
+            const Scalar angle = std::acos(std::abs(cosine));
+            from = std::sin(from * angle) / std::sin(angle);
+            to = std::sin(to * angle) / std::sin(angle);
+        }
+        return Quaternion(coeffs_ * from + b.coeffs_ * (cosine < 0 ? -to : to));
+    }
     template <typename To>
     constexpr Quaternion<To> cast() const {
         return Quaternion<To>(coeffs_.template cast<To>());

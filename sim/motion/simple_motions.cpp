@@ -93,7 +93,8 @@ Pose HandMotion::do_at(double time_s) const {
     const auto sum = [time_s](const std::array<Sine, kSines>& sines) {
         Vec3<double> total = Vec3<double>::Zero();
         for (const Sine& sine : sines) {
-            total += sine.amplitude.cwiseProduct((sine.phase_rad.array() + sine.rate_rad_s * time_s).sin().matrix());
+            const auto value = [&](double phase_rad) { return std::sin(phase_rad + sine.rate_rad_s * time_s); };
+            total += sine.amplitude.cwiseProduct(sine.phase_rad.unaryExpr(value));
         }
         return total;
     };

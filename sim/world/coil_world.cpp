@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/linear/eigen.hpp"
 #include "core/geometry/angles.hpp"
 #include "sim/world/pose_track.hpp"
 
@@ -115,7 +116,7 @@ CurrentColumns CoilWorld::metal_coupling(const Pose& pose, const FaultEffect& ef
     if (effect.unplugged || !metal_.acts_at(selection_s)) {
         return CurrentColumns::Zero(3, static_cast<Index>(currents()));
     }
-    return sensor_side(pose, effect) * metal_field(metal_, metal_source(effect), pose.position_m, time_s, selection_s);
+    return eigen(sensor_side(pose, effect)) * metal_field(metal_, metal_source(effect), pose.position_m, time_s, selection_s);
 }
 
 /// Couplings at one sample, and their change since the sample before. Without metal both bands have the same.
@@ -143,7 +144,7 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
     }
     PoseTrack track(motion_, start_s, sample_s);
     const std::optional<MetalTrack> metal = metal_track(effect, start_s, samples.size());
-    const auto with_metal = [&](const Pose& pose, int n) -> CurrentColumns { return sensor_side(pose, effect) * metal->at(n); };
+    const auto with_metal = [&](const Pose& pose, int n) -> CurrentColumns { return eigen(sensor_side(pose, effect)) * metal->at(n); };
     const double per_sample = 1 / (sample_s * kReferenceRadS);
     const Pose first = track.at(-1);
     Couplings now;
@@ -195,9 +196,9 @@ Vec3<double> CoilWorld::sensor_voltages(const Couplings& now, std::span<const Co
         const auto column = static_cast<Index>(n);
         const auto coil = static_cast<Index>(n % kSourceCoils);
         const auto& [current, derivative] = currents[n];
-        Vec3<std::complex<double>> induced = now.x.col(coil) * derivative + now.dx.col(coil) * current;
+        Vec3<std::complex<double>> induced = now.x.col(coil).cast<std::complex<double>>() * derivative + now.dx.col(coil).cast<std::complex<double>>() * current;
         if (now.metal.cols() > 0) {
-            induced += now.metal.col(column) * derivative + now.metal_change.col(column) * current;
+            induced += Vec3<std::complex<double>>(now.metal.col(column) * derivative + now.metal_change.col(column) * current);
         }
         for (Index c = 0; c < kSensorCoils; ++c) {
             sum(c) += amplifier_ ? amplification_[n][static_cast<std::size_t>(c)] * induced(c) : induced(c);

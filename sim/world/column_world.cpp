@@ -3,6 +3,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/linear/eigen.hpp"
+
 namespace tricoil::sim {
 namespace {
 
@@ -93,7 +95,7 @@ ColumnWorld::WindowCoupling ColumnWorld::window_coupling(const FaultEffect& effe
     const Mat3<double> mean = x + share * share / 24 * (after - 2 * x + before);
     CurrentColumns with_metal = world_.metal_coupling(poses_[1], effect, start_s + middle_s_, start_s);
     for (Index n = 0; n < with_metal.cols(); ++n) {
-        with_metal.col(n) += mean.col(n % kSourceCoils);
+        with_metal.col(n) += eigen(mean.col(n % kSourceCoils));
     }
     return {with_metal, (after - before) / (2 * block_s)};
 }

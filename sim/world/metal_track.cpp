@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/linear/eigen.hpp"
+
 namespace tricoil::sim {
 
 CurrentColumns metal_field(MetalSet& metal, const MetalSource& source, const Vec3<double>& place_m, double time_s,
@@ -12,7 +14,7 @@ CurrentColumns metal_field(MetalSet& metal, const MetalSource& source, const Vec
     for (std::size_t n = 0; n < source.currents; ++n) {
         const auto coil = static_cast<Index>(n % kSourceCoils);
         field.col(static_cast<Index>(n)) =
-            fields[source.frequencies[n]] * source.moments.col(coil).cast<std::complex<double>>();
+            eigen(fields[source.frequencies[n]] * source.moments.col(coil).cast<std::complex<double>>());
     }
     return field;
 }

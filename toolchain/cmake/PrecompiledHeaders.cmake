@@ -4,8 +4,7 @@
 # Presets that check includes (host-debug, host-clang) leave TRICOIL_PRECOMPILE off.
 option(TRICOIL_PRECOMPILE "Precompile the headers of libraries" OFF)
 
-set(TRICOIL_CORE_HEADERS <Eigen/Dense>)  # that core's headers include
-set(TRICOIL_LIGHT_HEADERS ${TRICOIL_CORE_HEADERS} <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <fmt/format.h> <fstream>
+set(TRICOIL_LIGHT_HEADERS <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <fmt/format.h> <fstream>
   <functional> <map> <memory> <mutex> <numbers> <optional> <random> <span> <sstream> <string> <thread> <vector>)
 
 # tricoil_precompile(NAME LIBRARIES ... HEADERS ...): declares a library NAME; tricoil_use_precompiled() reuses its headers.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/linear/eigen.hpp"
+
 namespace tricoil::sim {
 namespace {
 
@@ -160,7 +162,7 @@ void CylinderBody::do_place_source(const Vec3<double>& place_m) {
     Eigen::MatrixX3d applied(nodes, 3);
     for (Index i = 0; i < nodes; ++i) {
         const Vec3<double> r = Vec3<double>(0, 0, node_m_[static_cast<std::size_t>(i)]) - source_m;
-        applied.row(i) = r.transpose() / std::pow(r.norm(), 3);
+        applied.row(i) = eigen(r / std::pow(r.norm(), 3)).transpose();
     }
     fields_.clear();
     for (const double z : piece_m_) {
@@ -187,7 +189,7 @@ void CylinderBody::do_add_field(const Vec3<double>& place_m, std::span<ComplexMa
         const Vec3<double> r = sensor_m - Vec3<double>(0, 0, node_m_[i]);
         const Vec3<double> per_pole = r / std::pow(r.norm(), 3);
         for (std::size_t k = 0; k < fields.size(); ++k) {
-            fields[k] += per_pole.cast<Complex>() * poles_[k].row(static_cast<Index>(i));
+            fields[k] += ComplexMat3(eigen(per_pole).cast<Complex>() * poles_[k].row(static_cast<Index>(i)));
         }
     }
 }
