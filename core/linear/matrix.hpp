@@ -272,6 +272,12 @@ public:
     constexpr auto cast() const {
         return unaryExpr([](Scalar a) { return static_cast<To>(a); });
     }
+    constexpr auto real() const {
+        return unaryExpr([](const Scalar& a) { return a.real(); });
+    }
+    constexpr auto imag() const {
+        return unaryExpr([](const Scalar& a) { return a.imag(); });
+    }
     constexpr Plain operator-() const {
         return unaryExpr([](Scalar a) -> Scalar { return -a; });
     }
@@ -344,10 +350,10 @@ public:
     [[nodiscard]] constexpr bool allFinite() const {
         return all([](Scalar a) { return a - a == Scalar(0); });
     }
-    [[nodiscard]] constexpr bool isZero(Scalar tolerance) const {
+    [[nodiscard]] constexpr bool isZero(Scalar tolerance = Scalar(1e-12)) const {
         return all([tolerance](Scalar a) { return std::abs(a) <= tolerance; });
     }
-    [[nodiscard]] constexpr bool isIdentity(Scalar tolerance) const { return (*this - Identity()).isZero(tolerance); }
+    [[nodiscard]] constexpr bool isIdentity(Scalar tolerance = Scalar(1e-12)) const { return (*this - Identity()).isZero(tolerance); }
     /// Equal within `tolerance` times the smaller of the two Frobenius norms.
     template <typename B>
     [[nodiscard]] constexpr bool isApprox(const Dense<B>& b, Scalar tolerance = Scalar(1e-12)) const {
@@ -732,6 +738,16 @@ constexpr typename Dense<B>::Plain operator*(const DiagonalMatrix<S, Dense<B>::k
 template <typename S, typename A>
 constexpr typename Dense<A>::Plain operator*(const Dense<A>& a, const DiagonalMatrix<S, Dense<A>::kColumns>& d) {
     return Dense<A>::NullaryExpr([&](int i, int j) { return a(i, j) * d.entries(j); });
+}
+
+/// Writes the entries row after row.
+template <typename A>
+constexpr void copy_rows(const Dense<A>& a, typename Dense<A>::Scalar* out) {
+    for (int i = 0; i < Dense<A>::kRows; ++i) {
+        for (int j = 0; j < Dense<A>::kColumns; ++j) {
+            *out++ = a(i, j);
+        }
+    }
 }
 
 template <typename Scalar>

@@ -64,7 +64,7 @@ private:
         }
         if (options_.fixtures == FixtureModel::named) {
             check_names();
-            std::fill(jig_start_.begin(), jig_start_.end(), (fixtures_.named[0].transpose() * mount_start_[0]).eval());
+            std::fill(jig_start_.begin(), jig_start_.end(), fixtures_.named[0].transpose() * mount_start_[0]);
         } else {
             jig_start_ = mount_start_;
         }

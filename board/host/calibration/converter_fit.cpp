@@ -13,6 +13,7 @@
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -71,7 +72,7 @@ Equation equation_of(const MeasuredPose& pose, const Mat3<double>& model, Index 
     const SignalLevels& levels = *pose.levels;
     const double amplitude = levels.share(i, j);
     const double per_coupling = amplitude / std::abs(pose.x(i, j));
-    equation.row.segment<3>(3 * i) = per_coupling * model.col(j);
+    equation.row.segment<3>(3 * i) = eigen(per_coupling * model.col(j));
     for (Index k = 0; k < kSourceCoils; ++k) {
         equation.row(9 + 3 * k + j) = per_coupling * model(i, k);
     }

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "board/support/dense_algebra.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -52,9 +53,9 @@ void split_error(const std::vector<EvaluatedPose>& errors, const std::vector<Pos
         for (const MeasuredPose& pose : files[f].poses) {
             const auto row = static_cast<Index>(at);
             const EvaluatedPose& e = errors[at++];
-            error.row(row) = e.error_m.transpose();
+            error.row(row) = eigen(e.error_m).transpose();
             position.row(row) = monomials(10 * (e.truth_m - centre));
-            attitude.row(row).segment(9 * static_cast<Index>(f), 9) = pose.stage_rotation.reshaped().transpose();
+            attitude.row(row).segment(9 * static_cast<Index>(f), 9) = eigen(pose.stage_rotation).reshaped().transpose();
         }
     }
     const Eigen::MatrixXd smooth = explained(position, error);

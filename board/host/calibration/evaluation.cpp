@@ -15,6 +15,7 @@
 #include "board/support/errors.hpp"
 #include "core/calibration/coil_correction.hpp"
 #include "core/geometry/angles.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
 
@@ -141,11 +142,11 @@ void fit_output_correction(CalibrationFile& calibration, const std::vector<Evalu
         const auto row = static_cast<Index>(i);
         const double weight = sizes[i] < limit && errors[i].converged ? 1 : 0;
         const Vec3<double> measured = errors[i].truth_m + errors[i].error_m;
-        features.row(row) << weight * measured.transpose(), weight;
-        wanted.row(row) = -weight * errors[i].error_m.transpose();
+        features.row(row) << weight * eigen(measured).transpose(), weight;
+        wanted.row(row) = -weight * eigen(errors[i].error_m).transpose();
     }
     const Eigen::MatrixXd solution = least_squares(features, wanted);
-    calibration.calibration.output_linear = Mat3<double>::Identity() + solution.topRows<3>().transpose();
+    calibration.calibration.output_linear = Mat3<double>::Identity() + Mat3<double>(solution.topRows<3>().transpose());
     calibration.calibration.output_offset_m = solution.row(3).transpose();
 }
 
@@ -175,15 +176,15 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
             // A small change (d, w) of source and mount moves the true pose by d_source + w_source x arm + A R d_mount and
             // rotates it by w_source + A R w_mount (A, R: rotations of source and stage).
             jacobian.block<3, 3>(row, s).setIdentity();
-            jacobian.block<3, 3>(row, s + 3) = -geometry::skew<double>(arm);
-            jacobian.block<3, 3>(row, m) = turned;
-            jacobian.block<3, 3>(row + 3, s + 3) = kLever_m * Mat3<double>::Identity();
-            jacobian.block<3, 3>(row + 3, m + 3) = kLever_m * turned;
+            jacobian.block<3, 3>(row, s + 3) = eigen(-geometry::skew<double>(arm));
+            jacobian.block<3, 3>(row, m) = eigen(turned);
+            jacobian.block<3, 3>(row + 3, s + 3) = kLever_m * Eigen::Matrix3d::Identity();
+            jacobian.block<3, 3>(row + 3, m + 3) = kLever_m * eigen(turned);
             if (has_free_scale(c)) {
-                jacobian.block<3, 1>(row, scale) = -(e.truth_m + e.error_m);
+                jacobian.block<3, 1>(row, scale) = eigen(-(e.truth_m + e.error_m));
             }
-            residual.segment<3>(row) = e.error_m;
-            residual.segment<3>(row + 3) = kLever_m * e.rotation_error_rad;
+            residual.segment<3>(row) = eigen(e.error_m);
+            residual.segment<3>(row + 3) = kLever_m * eigen(e.rotation_error_rad);
         }
     }
     const Eigen::VectorXd step = least_squares(jacobian, residual);
@@ -194,14 +195,14 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
     for (auto& [name, rigid] : c.source_stage) {
         const auto found = column.find("source " + name);
         if (found != column.end()) {
-            rigid.translation_m += step.segment<3>(found->second);
+            rigid.translation_m += Vec3<double>(step.segment<3>(found->second));
             rigid.rotation = nearest_rotation(turn(step.segment<3>(found->second + 3), rigid.rotation));
         }
     }
     for (auto& [name, rigid] : c.mount_sensor) {
         const auto found = column.find("mount " + name);
         if (found != column.end()) {
-            rigid.translation_m += step.segment<3>(found->second);
+            rigid.translation_m += Vec3<double>(step.segment<3>(found->second));
             rigid.rotation = nearest_rotation(turn(step.segment<3>(found->second + 3), rigid.rotation));
         }
     }

@@ -16,6 +16,7 @@
 #include "board/support/errors.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
 
 namespace tricoil::host {
@@ -313,7 +314,8 @@ private:
             const auto row = 3 * static_cast<Index>(k);
             const Vec3<double>& p = poses_[k].position_m;
             moved.middleRows<3>(row) = step;
-            similarity.middleRows<3>(row) << Mat3<double>::Identity(), geometry::skew<double>(p), p;
+            similarity.middleRows<3>(row) << Eigen::Matrix3d::Identity(), ::tricoil::eigen(geometry::skew<double>(p)),
+                ::tricoil::eigen(p);
         }
         const Eigen::MatrixXd rest = moved - similarity * least_squares(similarity, moved);
         return rest.norm() / std::sqrt(static_cast<double>(poses_.size()));

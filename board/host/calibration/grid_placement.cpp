@@ -9,6 +9,7 @@
 #include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/support/dense_algebra.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -43,8 +44,8 @@ GridPlacement place_on_grid(const std::vector<GridFrame>& frames, const std::vec
     Eigen::Matrix3Xd positions(3, frames.size());
     std::size_t files = 0;
     for (std::size_t k = 0; k < frames.size(); ++k) {
-        nodes.col(static_cast<Index>(k)) = spacing_m * frames[k].node;
-        positions.col(static_cast<Index>(k)) = poses[k].position_m;
+        nodes.col(static_cast<Index>(k)) = spacing_m * eigen(frames[k].node);
+        positions.col(static_cast<Index>(k)) = eigen(poses[k].position_m);
         files = std::max(files, frames[k].file + 1);
     }
     const Similarity start = fit_similarity(nodes, positions);
@@ -56,7 +57,7 @@ GridPlacement place_on_grid(const std::vector<GridFrame>& frames, const std::vec
     std::vector<std::array<double, 3>> pivots(files, {0, 0, 0});  // 0.1 m
     ceres::Problem problem;
     for (std::size_t k = 0; k < frames.size(); ++k) {
-        const Vec3<double> node = start.rotation * nodes.col(static_cast<Index>(k));
+        const Vec3<double> node = eigen(start.rotation) * nodes.col(static_cast<Index>(k));
         problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PlacementResidual, 3, 1, 6, 3>(
                                      new PlacementResidual{node, poses[k], poses[k].q_source_sensor.toRotationMatrix()}),
                                  new ceres::CauchyLoss(kHandError_m), &scale, grid.data(), pivots[frames[k].file].data());

@@ -14,6 +14,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
 #include "core/calibration/coil_correction.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
@@ -125,7 +126,7 @@ void refuse_undetermined(const Mat3<double>& sigma) {
     constexpr double kLargestSigma = 1e-3;  // 0.3 mm at 0.75 m
     Index i = 0;
     Index j = 0;
-    const double worst = sigma.maxCoeff(&i, &j);
+    const double worst = eigen(sigma).maxCoeff(&i, &j);
     if (!(worst <= kLargestSigma)) {
         throw InputError(fmt::format(
             "the ratio of the bands is not determined for sensor coil {} and source coil {} (standard deviation {:.2g}); record "
