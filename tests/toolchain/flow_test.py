@@ -26,12 +26,15 @@ class Run(FakeMachine):
         super().setUp()
         self.replace("toolchain/install-deps", 'echo "install $*" >>"$CALLS"; echo "install-deps: words"')
         self.replace("toolchain/build", BUILD)
+        self.replace("id", "echo 0")
         self.program = self.root / "build/run/bin/tricoil"
 
     def test_first_pose_comes_before_the_rest(self):
         done = self.run_script("run", "--seed", "7")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(self.log_of_calls(), ["install first-pose", "build run tricoil_first_pose", "tricoil run --seed 7", "install run", "build run"])
+        calls = self.log_of_calls()
+        self.assertEqual(calls[:3] + sorted(calls[3:5]) + calls[5:], ["install first-pose", "build run tricoil_first_pose", "tricoil run --seed 7",
+                                                                      "build run tricoil_product", "install run", "build run"])
         self.assertEqual(done.stdout, "tricoil run --seed 7\n")
         lines = done.stderr.splitlines()
         self.assertRegex(lines[0], r"^run: 1\. installs and builds what the first pose needs: about \d+ min")
@@ -41,7 +44,7 @@ class Run(FakeMachine):
         self.run_script("run")
         done = self.run_script("run")
         self.assertRegex(done.stderr, "^run: builds what has changed")
-        self.assertEqual(self.log_of_calls()[5:], ["install first-pose", "build run tricoil_first_pose", "tricoil run", "install run", "build run"])
+        self.assertEqual(self.log_of_calls()[6:], ["install first-pose", "build run tricoil_first_pose", "tricoil run", "install run", "build run"])
 
     def test_status_of_the_pose_is_kept(self):
         done = self.run_script("run", POSE_STATUS="1")
@@ -74,9 +77,25 @@ class Run(FakeMachine):
         self.assertIn("run: all is built", self.run_script("run").stderr)
 
     def test_rest_lacks_packages(self):
-        self.replace("toolchain/install-deps", '[ $1 = first-pose ] || exit 3')
-        self.assertEqual(self.run_script("run").returncode, 3)
-        self.assertEqual(self.log_of_calls()[-1], "tricoil run")
+        self.replace("toolchain/install-deps", '[ $1 = first-pose ] || { echo "install-deps: no network" >&2; exit 3; }')
+        for user in (0, 1000):  # without root, and without sudo: one after the other
+            self.replace("id", f"echo {user}")
+            done = self.run_script("run")
+            self.assertEqual(done.returncode, 3)
+            self.assertEqual(done.stderr.splitlines()[-2], "install-deps: no network")
+            self.assertNotIn("build run", self.log_of_calls())
+
+    def test_packages_are_installed_while_the_rest_is_built(self):
+        installing, built = self.folder / "installing", self.folder / "built"
+        self.replace("toolchain/install-deps", f"[ $1 = first-pose ] || {{ touch {installing}; while [ ! -e {built} ]; do sleep 0.1; done; }}")
+        self.replace("toolchain/build", f'{BUILD}\n[ "$2" != tricoil_product ] || {{ while [ ! -e {installing} ]; do sleep 0.1; done; touch {built}; }}')
+        self.assertEqual(self.run_script("run").returncode, 0)
+
+    def test_interrupted_installation(self):
+        installing = self.folder / "installing"
+        self.replace("toolchain/install-deps", f"[ $1 = first-pose ] || {{ touch {installing}; sleep 30; }}")
+        status, output, _ = self.interrupt("run", after=installing)
+        self.assertEqual((status, output), (130, "tricoil run\n"))
 
     def test_interrupted_link_leaves_the_program(self):
         linking = self.folder / "linking"
