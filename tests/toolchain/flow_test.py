@@ -56,6 +56,14 @@ class Run(FakeMachine):
         self.assertEqual(self.run_script("run", POSE_STATUS="130").returncode, 130)
         self.assertEqual(self.log_of_calls()[-1], "tricoil run")
 
+    def test_pose_that_is_interrupted_with_a_result(self):
+        started = self.folder / "started"
+        program = f"trap 'exit 1' INT; touch {started}; for n in {{1..300}}; do sleep 0.1; done"
+        self.replace("toolchain/build", f'{BUILD}\nprintf "#!/usr/bin/env bash\\n%s\\n" "{program}" >$program')
+        status, _, errors = self.interrupt("run", after=started)
+        self.assertEqual((status, errors.splitlines()[-1]), (1, "run: interrupted before the rest; the next call goes on"))
+        self.assertNotIn("build run", self.log_of_calls())
+
     def test_a_part_that_the_first_program_lacks(self):
         self.assertEqual(self.run_script("run", POSE_STATUS="3").returncode, 3)
         self.assertEqual(self.log_of_calls()[-2:], ["build run", "tricoil run"])
