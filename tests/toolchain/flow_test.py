@@ -2,7 +2,6 @@
 """The order of steps in toolchain/run, toolchain/test and toolchain/build, with faults and interruptions. Nothing is installed or built;
 see fake_machine.py."""
 
-import pathlib
 import shutil
 import time
 import unittest
@@ -310,17 +309,15 @@ class ParallelJobs(FakeMachine):
 
 class Costs(FakeMachine):
     def test_processor_time_of_a_command(self):
-        output = self.folder / "unit.o"
         began_s = time.monotonic()
-        done = self.run_script("cmake/launch", "bash", "-c", "sleep 1; echo compiled", "-o", output)
+        done = self.run_script("cmake/launch", "bash", "-c", "sleep 1; echo compiled", "-o", "core/unit.o")
         self.assertEqual((done.returncode, done.stdout), (0, "compiled\n"))
         self.assertGreater(time.monotonic() - began_s, 1)
-        self.assertRegex(pathlib.Path(f"{output}.cost").read_text().splitlines()[1], r"^0m0\.[0-4]\d*s 0m0\.[0-4]\d*s$")
+        self.assertRegex((self.folder / ".costs/core/unit.o").read_text().splitlines()[1], r"^0m0\.[0-4]\d*s 0m0\.[0-4]\d*s$")
 
     def test_failed_command_has_no_cost(self):
-        output = self.folder / "unit.o"
-        self.assertEqual(self.run_script("cmake/launch", "bash", "-c", "exit 4", "-o", output).returncode, 4)
-        self.assertFalse(pathlib.Path(f"{output}.cost").exists())
+        self.assertEqual(self.run_script("cmake/launch", "bash", "-c", "exit 4", "-o", "unit.o").returncode, 4)
+        self.assertFalse((self.folder / ".costs").exists())
 
     def test_table(self):
         build = self.root / "build/run"
@@ -331,7 +328,8 @@ class Costs(FakeMachine):
             (build / name).parent.mkdir(parents=True, exist_ok=True)
             (build / name).touch()
             if times:
-                (build / f"{name}.cost").write_text(f"0m0.00s 0m0.00s\n{times}\n")
+                (build / ".costs" / name).parent.mkdir(parents=True, exist_ok=True)
+                (build / ".costs" / name).write_text(f"0m0.00s 0m0.00s\n{times}\n")
             log.append(f"1000\t3000\t0\t{name}\t0")
         log.append("0\t99000\t0\tremoved.o\t0")
         (build / ".ninja_log").write_text("\n".join(log) + "\n")
