@@ -2,7 +2,6 @@
 """The order of steps in toolchain/run, toolchain/test and toolchain/build, with faults and interruptions. Nothing is installed or built;
 see fake_machine.py."""
 
-import pathlib
 import shutil
 import time
 import unittest
@@ -26,12 +25,15 @@ class Run(FakeMachine):
         super().setUp()
         self.replace("toolchain/install-deps", 'echo "install $*" >>"$CALLS"; echo "install-deps: words"')
         self.replace("toolchain/build", BUILD)
+        self.replace("id", "echo 0")
         self.program = self.root / "build/run/bin/tricoil"
 
     def test_first_pose_comes_before_the_rest(self):
         done = self.run_script("run", "--seed", "7")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(self.log_of_calls(), ["install first-pose", "build run tricoil_first_pose", "tricoil run --seed 7", "install run", "build run"])
+        calls = self.log_of_calls()
+        self.assertEqual(calls[:3] + sorted(calls[3:5]) + calls[5:], ["install first-pose", "build run tricoil_first_pose", "tricoil run --seed 7",
+                                                                      "build run tricoil_product", "install run", "build run"])
         self.assertEqual(done.stdout, "tricoil run --seed 7\n")
         lines = done.stderr.splitlines()
         self.assertRegex(lines[0], r"^run: 1\. installs and builds what the first pose needs: about \d+ min")
@@ -41,7 +43,7 @@ class Run(FakeMachine):
         self.run_script("run")
         done = self.run_script("run")
         self.assertRegex(done.stderr, "^run: builds what has changed")
-        self.assertEqual(self.log_of_calls()[5:], ["install first-pose", "build run tricoil_first_pose", "tricoil run", "install run", "build run"])
+        self.assertEqual(self.log_of_calls()[6:], ["install first-pose", "build run tricoil_first_pose", "tricoil run", "install run", "build run"])
 
     def test_status_of_the_pose_is_kept(self):
         done = self.run_script("run", POSE_STATUS="1")
@@ -52,6 +54,14 @@ class Run(FakeMachine):
     def test_interrupted_pose_ends_the_script(self):
         self.assertEqual(self.run_script("run", POSE_STATUS="130").returncode, 130)
         self.assertEqual(self.log_of_calls()[-1], "tricoil run")
+
+    def test_pose_that_is_interrupted_with_a_result(self):
+        started = self.folder / "started"
+        program = f"trap 'exit 1' INT; touch {started}; for n in {{1..300}}; do sleep 0.1; done"
+        self.replace("toolchain/build", f'{BUILD}\nprintf "#!/usr/bin/env bash\\n%s\\n" "{program}" >$program')
+        status, _, errors = self.interrupt("run", after=started)
+        self.assertEqual((status, errors.splitlines()[-1]), (1, "run: interrupted before the rest; the next call goes on"))
+        self.assertNotIn("build run", self.log_of_calls())
 
     def test_a_part_that_the_first_program_lacks(self):
         self.assertEqual(self.run_script("run", POSE_STATUS="3").returncode, 3)
@@ -74,9 +84,25 @@ class Run(FakeMachine):
         self.assertIn("run: all is built", self.run_script("run").stderr)
 
     def test_rest_lacks_packages(self):
-        self.replace("toolchain/install-deps", '[ $1 = first-pose ] || exit 3')
-        self.assertEqual(self.run_script("run").returncode, 3)
-        self.assertEqual(self.log_of_calls()[-1], "tricoil run")
+        self.replace("toolchain/install-deps", '[ $1 = first-pose ] || { echo "install-deps: no network" >&2; exit 3; }')
+        for user in (0, 1000):  # without root, and without sudo: one after the other
+            self.replace("id", f"echo {user}")
+            done = self.run_script("run")
+            self.assertEqual(done.returncode, 3)
+            self.assertEqual(done.stderr.splitlines()[-2], "install-deps: no network")
+            self.assertNotIn("build run", self.log_of_calls())
+
+    def test_packages_are_installed_while_the_rest_is_built(self):
+        installing, built = self.folder / "installing", self.folder / "built"
+        self.replace("toolchain/install-deps", f"[ $1 = first-pose ] || {{ touch {installing}; while [ ! -e {built} ]; do sleep 0.1; done; }}")
+        self.replace("toolchain/build", f'{BUILD}\n[ "$2" != tricoil_product ] || {{ while [ ! -e {installing} ]; do sleep 0.1; done; touch {built}; }}')
+        self.assertEqual(self.run_script("run").returncode, 0)
+
+    def test_interrupted_installation(self):
+        installing = self.folder / "installing"
+        self.replace("toolchain/install-deps", f"[ $1 = first-pose ] || {{ touch {installing}; sleep 30; }}")
+        status, output, _ = self.interrupt("run", after=installing)
+        self.assertEqual((status, output), (130, "tricoil run\n"))
 
     def test_interrupted_link_leaves_the_program(self):
         linking = self.folder / "linking"
@@ -283,17 +309,15 @@ class ParallelJobs(FakeMachine):
 
 class Costs(FakeMachine):
     def test_processor_time_of_a_command(self):
-        output = self.folder / "unit.o"
         began_s = time.monotonic()
-        done = self.run_script("cmake/launch", "bash", "-c", "sleep 1; echo compiled", "-o", output)
+        done = self.run_script("cmake/launch", "bash", "-c", "sleep 1; echo compiled", "-o", "core/unit.o")
         self.assertEqual((done.returncode, done.stdout), (0, "compiled\n"))
         self.assertGreater(time.monotonic() - began_s, 1)
-        self.assertRegex(pathlib.Path(f"{output}.cost").read_text().splitlines()[1], r"^0m0\.[0-4]\d*s 0m0\.[0-4]\d*s$")
+        self.assertRegex((self.folder / ".costs/core/unit.o").read_text().splitlines()[1], r"^0m0\.[0-4]\d*s 0m0\.[0-4]\d*s$")
 
     def test_failed_command_has_no_cost(self):
-        output = self.folder / "unit.o"
-        self.assertEqual(self.run_script("cmake/launch", "bash", "-c", "exit 4", "-o", output).returncode, 4)
-        self.assertFalse(pathlib.Path(f"{output}.cost").exists())
+        self.assertEqual(self.run_script("cmake/launch", "bash", "-c", "exit 4", "-o", "unit.o").returncode, 4)
+        self.assertFalse((self.folder / ".costs").exists())
 
     def test_table(self):
         build = self.root / "build/run"
@@ -304,7 +328,8 @@ class Costs(FakeMachine):
             (build / name).parent.mkdir(parents=True, exist_ok=True)
             (build / name).touch()
             if times:
-                (build / f"{name}.cost").write_text(f"0m0.00s 0m0.00s\n{times}\n")
+                (build / ".costs" / name).parent.mkdir(parents=True, exist_ok=True)
+                (build / ".costs" / name).write_text(f"0m0.00s 0m0.00s\n{times}\n")
             log.append(f"1000\t3000\t0\t{name}\t0")
         log.append("0\t99000\t0\tremoved.o\t0")
         (build / ".ninja_log").write_text("\n".join(log) + "\n")
