@@ -17,6 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr in_addr_t kOtherAddress = 0x7f000002;  // 127.0.0.2
+constexpr in_addr_t kThirdAddress = 0x7f000003;
 
 struct Output {
     const char* name;
@@ -36,9 +37,7 @@ const std::vector<Output> kOutputs{
 /// A program with all outputs for TCP clients.
 class EveryOutput : public ::testing::Test {
 protected:
-    [[nodiscard]] std::uint16_t port(const Output& output) const {
-        return serving_.port(output.name);
-    }
+    [[nodiscard]] std::uint16_t port(const Output& output) const { return serving_.port(output.name); }
 
     void send_to(int client, const Output& output, std::string text) const {
         if (const auto at = text.find("PORT"); at != std::string::npos) {
@@ -71,6 +70,20 @@ protected:
         return false;
     }
 
+    void expect_room_beside_silent_clients(const std::vector<in_addr_t>& addresses) {
+        for (const Output& output : kOutputs) {
+            for (const in_addr_t address : addresses) {
+                for (int n = 0; n < 16; ++n) {
+                    silent(output, address);
+                }
+            }
+        }
+        std::this_thread::sleep_for(std::chrono::seconds(3));  // a client that read a moment ago is not replaced
+        for (const Output& output : kOutputs) {
+            EXPECT_TRUE(serves(output)) << output.name;
+        }
+    }
+
     static bool is_connected(int client) {
         std::array<char, 4096> rest{};
         ssize_t n = 1;
@@ -92,16 +105,13 @@ protected:
 };
 
 TEST_F(EveryOutput, SilentClientsMakeRoom) {
-    for (const Output& output : kOutputs) {
-        for (int n = 0; n < 16; ++n) {
-            silent(output);
-        }
-    }
-    std::this_thread::sleep_for(std::chrono::seconds(3));  // a client that read a moment ago is not replaced
-    for (const Output& output : kOutputs) {
-        EXPECT_TRUE(serves(output)) << output.name;
-    }
+    expect_room_beside_silent_clients({INADDR_LOOPBACK});
     EXPECT_THAT(serving_.err(), HasSubstr("is disconnected to make room"));
+}
+
+TEST_F(EveryOutput, SilentClientsOfManyAddressesMakeRoom) {
+    expect_room_beside_silent_clients({kOtherAddress, kThirdAddress});
+    EXPECT_THAT(serving_.err(), HasSubstr("refused: limit of 24 clients reached"));
 }
 
 TEST_F(EveryOutput, ClientsOfOneAddressLeaveRoomForOthers) {
@@ -217,7 +227,7 @@ std::string settings_of_new_client(const Serving& serving) {
 }
 
 constexpr const char* kEverySetting =
-    "uN1,100,0,0\rO1,2,1\rl1,0\rA1,0,0,0,0,9,0,-9,0,0\rr1,90,0,0\rV1,1,1,1,-1,-1,-1\rQ1,9,9,9,-9,-9,-9\rG1,5,5,5\rI1,"
+    "uN1,50,0,0\rO1,2,1\rl1,0\rA1,0,0,0,0,9,0,-9,0,0\rr1,90,0,0\rV1,1,1,1,-1,-1,-1\rQ1,9,9,9,-9,-9,-9\rG1,5,5,5\rI1,"
     "7\rXstranger\r"
     "\x0b";
 
@@ -225,7 +235,7 @@ void change_everything(const Serving& serving) {
     const int client = connect_to(serving.port("fastrak"));
     const std::string commands = std::string(kEverySetting) + "\x19N1\r";  // ^Y restores what ^K saved
     EXPECT_EQ(write(client, commands.data(), commands.size()), std::ssize(commands));
-    EXPECT_THAT(read_for(client, std::chrono::seconds(10), 26), HasSubstr("N100.000  0.000  0.000"));
+    EXPECT_THAT(read_for(client, std::chrono::seconds(10), 26), HasSubstr("N 50.000  0.000  0.000"));
     close(client);
 }
 
