@@ -8,10 +8,10 @@
 #include <string>
 
 #include "board/host/serve/connection_table.hpp"
+#include "board/host/serve/http_opening.hpp"
 #include "board/host/serve/service.hpp"
 #include "board/host/serve/stream.hpp"
 #include "board/host/serve/tcp_listener.hpp"
-#include "board/host/serve/web/request_head.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
@@ -102,15 +102,15 @@ private:
 
     bool is_refused(Client& client, std::span<const char> bytes) {
         constexpr bool kSpeaksHttp = requires { Session::kSpeaksHttp; };
-        if (kSpeaksHttp || client.opening.size() >= web::kLongestMethod) {
+        if (kSpeaksHttp || client.opening.size() >= kLongestHttpMethod) {
             return false;
         }
         client.opening.append(bytes.data(), bytes.size());
-        if (!web::begins_request(client.opening)) {
+        if (!begins_http_request(client.opening)) {
             return false;
         }
         notice_.print(fmt::format("client {} refused: it sends an HTTP request", peer_text(client.stream.descriptor())));
-        client.stream.send(web::refusal_answer({400, "this port does not serve HTTP", {}}));
+        client.stream.send(kHttpRefusal);
         client.stream.disconnect();
         return true;
     }

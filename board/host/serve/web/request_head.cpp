@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -133,12 +132,6 @@ std::string_view value_of(std::string_view reduced, std::string_view name) {
 
 bool is_from_other_page(std::string_view fetch_site) {
     return !fetch_site.empty() && fetch_site != "same-origin" && fetch_site != "none";  // none: the user entered the address
-}
-
-bool begins_request(std::string_view opening) {
-    constexpr std::array<std::string_view, 9> kMethods{"GET ",   "HEAD ",    "POST ",    "PUT ",  "DELETE ",
-                                                       "PATCH ", "OPTIONS ", "CONNECT ", "TRACE "};
-    return std::any_of(kMethods.begin(), kMethods.end(), [&](std::string_view method) { return opening.starts_with(method); });
 }
 
 std::string refusal_answer(const RequestHead& head, std::string_view further_fields) {

@@ -42,10 +42,6 @@ std::string_view value_of(std::string_view reduced, std::string_view name);
 /// True if a browser sends this Sec-Fetch-Site for a request that another page makes. Other programs do not send it.
 bool is_from_other_page(std::string_view fetch_site);
 
-/// True if the first bytes of a client begin with a method of HTTP and a space, together at most kLongestMethod bytes.
-bool begins_request(std::string_view opening);
-inline constexpr std::size_t kLongestMethod = 8;
-
 /// Complete HTTP answer for a refused request. further_fields: complete lines, for its header.
 std::string refusal_answer(const RequestHead& head, std::string_view further_fields = {});
 
