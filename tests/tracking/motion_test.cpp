@@ -308,7 +308,7 @@ TEST(Everywhere, AFastSensorIsAcquired) {
         for (int n = 0; n < 20; ++n) {
             const Vec3<double> along = direction();
             const Vec3<double> aside = along.cross(direction()).normalized();
-            const Quat<double> attitude(Eigen::AngleAxisd(number(random), direction()));
+            const Quat<double> attitude(geometry::rotation_vector_to_quaternion<double>(number(random) * direction()));
             const test::RampMotion motion({0.75 * along - 0.1 * speed_m_s * aside, attitude}, speed_m_s * aside,
                                           rate_rad_s * direction());
             auto filter = test::scaat_filter<double>(test::scaat_params<double>(true, along));

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "core/geometry/rotations.hpp"
 #include "core/tracking/scaat/acquisition.hpp"
 #include "core/tracking/scaat/column_update.hpp"
 #include "core/tracking/scaat/propagate.hpp"
@@ -77,7 +78,7 @@ TEST(Innovation, JacobianEqualsNumericDifferentiation) {
             for (int j = 0; j < 3; ++j) {
                 const Vec3<double> z(0.01, 0.02, 0.03);
                 const auto here = innovation<double>(kModel, state, state, j, z, late);
-                Eigen::Matrix<double, 3, 12> h;
+                Matrix<double, 3, 12> h;
                 h << here.h, -late * here.h;
                 for (int i = 0; i < kErrorStates; ++i) {
                     const double step = 1e-6;
@@ -104,7 +105,7 @@ TEST(Update, EqualsTheInformationForm) {
     auto y = innovation<double>(kModel, state, state, 1, {0.02, 0.01, 0}, 0);
     y.set_noise(r);
     ASSERT_TRUE(y.ok);
-    Eigen::Matrix<double, 3, 12> h = Eigen::Matrix<double, 3, 12>::Zero();
+    Matrix<double, 3, 12> h = Matrix<double, 3, 12>::Zero();
     h.leftCols<6>() = y.h;
     apply(state, y);
     const Mat12<double> information = before.inverse() + h.transpose() * r.cwiseInverse().asDiagonal() * h;

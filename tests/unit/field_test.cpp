@@ -4,6 +4,7 @@
 #include <array>
 #include <numbers>
 
+#include "core/geometry/rotations.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::field {
@@ -37,15 +38,15 @@ TEST(ConcentricDipole, SingularValuesAndHandednessOfADipole) {
 }
 
 /// Fourth-order central differences: independent of the analytic derivation.
-Eigen::Matrix<double, 9, 6> numeric_jacobian(const Vec3<double>& p, const Quat<double>& q) {
+Matrix<double, 9, 6> numeric_jacobian(const Vec3<double>& p, const Quat<double>& q) {
     constexpr double kStep = 1e-3;
-    const auto at = [&](const Eigen::Matrix<double, 6, 1>& d) -> Eigen::Matrix<double, 9, 1> {
+    const auto at = [&](const Matrix<double, 6, 1>& d) -> Matrix<double, 9, 1> {
         const Quat<double> turned = geometry::rotation_vector_to_quaternion<double>(d.tail<3>()) * q;
         return test::unit_signal(p + d.head<3>(), turned).reshaped();
     };
-    Eigen::Matrix<double, 9, 6> jacobian;
+    Matrix<double, 9, 6> jacobian;
     for (int i = 0; i < 6; ++i) {
-        const Eigen::Matrix<double, 6, 1> d = kStep * Eigen::Matrix<double, 6, 1>::Unit(i);
+        const Matrix<double, 6, 1> d = kStep * Matrix<double, 6, 1>::Unit(i);
         jacobian.col(i) = (8 * (at(d) - at(-d)) - (at(2 * d) - at(-2 * d))) / (12 * kStep);
     }
     return jacobian;

@@ -5,6 +5,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/sim_input/trajectory_file.hpp"
+#include "core/geometry/rotations.hpp"
 #include "sim/motion/recorded_motion.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "sim/motion/zero_phase_filter.hpp"
@@ -52,7 +53,7 @@ TEST(ZeroPhaseFilter, KeepsSlowSignalsInPlaceAndRemovesFastOnes) {
 
 TEST(PivotMotion, KeepsTheTipAtRestAndTiltsAllAxes) {
     PivotParams params;
-    params.q_mean = Quat<double>(Eigen::AngleAxisd(1, Vec3<double>(1, 2, 3).normalized()));
+    params.q_mean = geometry::rotation_vector_to_quaternion<double>(1 * Vec3<double>(1, 2, 3).normalized());
     const PivotMotion motion(params);
     Vec3<double> largest = Vec3<double>::Zero();
     for (double t = 0; t < 20; t += 0.1) {
