@@ -7,7 +7,7 @@
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
-#include "core/linear/matrix.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::test {
 
@@ -29,7 +29,7 @@ public:
 
     /// Uniform over all attitudes.
     Quat<double> attitude() {
-        Eigen::Vector4d q;
+        Matrix<double, 4, 1> q;
         q << gaussian_vector(), gaussian();
         return Quat<double>(q).normalized();
     }
