@@ -25,11 +25,7 @@ inline Mat3<double> as_double(const BlockMatrix& x) { return std::ldexp(1.0, x.e
 
 template <typename Derived>
 auto to_double(const Dense<Derived>& m) {
-    Matrix<double, Derived::kRows, Derived::kColumns> result;
-    for (Index i = 0; i < m.size(); ++i) {
-        result(i) = m(i).to_double();
-    }
-    return result;
+    return m.unaryExpr([](auto entry) { return entry.to_double(); });
 }
 
 }  // namespace tricoil::fixed

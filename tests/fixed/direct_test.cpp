@@ -105,7 +105,7 @@ TEST(FixedDirect, RefusesDegenerateMatrices) {
     BlockMatrix dead = good;
     dead.mantissa.row(1).setZero();
     BlockMatrix ones;
-    ones.mantissa.setOnes();
+    ones.mantissa.setConstant(1);
     EXPECT_EQ(solve_direct({}, scaled_from(1)).status().code(), StatusCode::degenerate);
     EXPECT_EQ(solve_direct(dead, scaled_from(1)).status().code(), StatusCode::degenerate);
     EXPECT_EQ(solve_direct(ones, scaled_from(1)).status().code(), StatusCode::degenerate);

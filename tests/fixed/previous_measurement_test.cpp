@@ -12,11 +12,7 @@ namespace {
 
 template <typename Derived>
 auto units(const Dense<Derived>& m) {
-    Matrix<Unit, Derived::kRows, Derived::kColumns> result;
-    for (Index i = 0; i < m.size(); ++i) {
-        result(i) = Unit::from(m(i));
-    }
-    return result;
+    return m.unaryExpr([](double entry) { return Unit::from(entry); });
 }
 
 VectorPose as_fixed(const solver::VectorPose<double>& pose) {
@@ -95,7 +91,7 @@ TEST(FixedPreviousMeasurement, RefusesAnInvalidPose) {
     EXPECT_FALSE(refused([](VectorPose&) {}));
     EXPECT_TRUE(refused([](VectorPose& p) { p.direction = Vec3<Unit>(1, 1, 0); }));
     EXPECT_TRUE(refused([](VectorPose& p) { p.attitude.rowwise() = Matrix<Unit, 1, 3>(1, 0, 0); }));  // equal rows
-    EXPECT_TRUE(refused([](VectorPose& p) { p.attitude(2, 2) = Unit(-1); }));                                // a reflection
+    EXPECT_TRUE(refused([](VectorPose& p) { p.attitude(2, 2) = Unit(-1); }));                         // a reflection
     EXPECT_TRUE(refused([](VectorPose& p) { p.attitude.col(0) = p.attitude.col(1); }));
     EXPECT_TRUE(refused([](VectorPose& p) { p.attitude.row(1) << Unit::from(0.1), Unit::from(0.995), Unit(0); }));  // sheared
 }

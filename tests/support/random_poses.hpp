@@ -7,7 +7,7 @@
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
-#include "core/linear/matrix.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::test {
 
