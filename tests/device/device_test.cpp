@@ -132,7 +132,7 @@ TEST_F(Device, TwoDevicesAtOneAddressAreNotTrusted) {
 }
 
 TEST_F(Device, TheLinkGoesDownAndUp) {
-    Program peer(front_end("--duration 20"));
+    Program peer(front_end("--pace real --duration 20"));
     Program tracker(tricoil("--device can:vcan0 --duration 3"));
     for (int i = 0; i < 3; ++i) {
         test::pause_ms(400);
@@ -250,7 +250,7 @@ TEST_F(Device, RequestsAreAnsweredOverCanAndUsb) {
 }
 
 TEST_F(Device, QueriesDuringARunAreRefused) {
-    Program peer(front_end("--duration 600 --watchdog-us 5000000"));
+    Program peer(front_end("--pace real --duration 600 --watchdog-us 5000000"));
     Program tracker(tricoil("--device can:vcan0"));
     ASSERT_TRUE(test::eventually([] { return test::lines(test::read_text("/run/poses.csv")).size() > 100; })) << complaints();
     test::shell(kTricoil + " device watch --json --duration 0.5 can:vcan0 > /run/watch.json");

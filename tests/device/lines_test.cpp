@@ -127,7 +127,7 @@ TEST_F(Lines, AreOffAfterSigtermAndTheEnableDropsAfterSigkill) {
 TEST_F(Lines, AreOffAfterEveryEndOfTheOutput) {
     const auto ends = [&](const std::string& command, bool by_signal, const std::string& what) {
         const test::GpioTrace trace;
-        Program peer(front_end(watched() + kPatientEnable + "--duration 60"));
+        Program peer(front_end(watched() + kPatientEnable + "--pace real --duration 60"));
         Program tracker(command);
         if (by_signal) {
             EXPECT_TRUE(test::eventually([&] { return trace.changes().size() > 100; })) << what;
