@@ -186,7 +186,7 @@ protected:
         std::string text = std::string(kPoseCsvHeader) + columns + "\n";
         for (const MeasuredPose& pose : rests.poses) {
             const Quat<double> q(pose.stage_rotation);
-            text += fmt::format("{},{},{},{}\n", fmt::join(pose.stage_position_m, ","), q.w(), fmt::join(q.vec(), ","),
+            text += fmt::format("{},{},{},{}\n", fmt::join(pose.stage_position_m, ","), q.w(), fmt::join(Vec3<double>(q.vec()), ","),
                                 couplings_text(pose, columns));
         }
         if (!end_of_last_line.empty()) {

@@ -18,6 +18,7 @@
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "tests/support/random_poses.hpp"
 #include "tests/support/triads/data_set.hpp"
@@ -137,7 +138,7 @@ TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     const double scale =
         std::cbrt((moment.determinant() * sensitivity.determinant()) / (source.determinant() * sensor.determinant()));
     std::cout << "C off by " << 100 * (scale - 1) << " % (+- " << 100 * found.scale_deviation << "), pivot "
-              << 1e3 * found.pivot_m.front().transpose() << " mm, positions " << 1e3 * found.position_rms_m << " mm\n";
+              << 1e3 * eigen(found.pivot_m.front()).transpose() << " mm, positions " << 1e3 * found.position_rms_m << " mm\n";
     EXPECT_NEAR(scale, 1, 0.005);
     EXPECT_LT((shape.gain - truth.gain).cwiseAbs().maxCoeff(), 0.003);
     EXPECT_LT((shape.angle_deg - truth.angle_deg).cwiseAbs().maxCoeff(), 0.3);

@@ -7,6 +7,7 @@
 #include <iostream>
 
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/cold_start.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/solver/refine.hpp"
@@ -57,7 +58,7 @@ public:
             for (int i = 0; i < 6; ++i) {
                 const Vec6<double> step = kStep * Vec6<double>::Unit(i);
                 const Matrix<double, 9, 1> difference = value(d + step) - value(d - step);
-                jacobian.col(i) = difference / (2 * kStep);
+                jacobian.col(i) = eigen(difference / (2 * kStep));
             }
         }
         return true;
@@ -253,7 +254,7 @@ TEST(Refine, ReportsNonConvergence) {
     EXPECT_FALSE(nonsense->refinement.converged());
     // One source coil does not determine six parameters.
     Mat3<double> weights = Mat3<double>::Zero();
-    weights.col(0).setOnes();
+    weights.col(0).setConstant(1);
     const auto blind = refine<double>(model, x, weights, {p, Quat<double>::Identity()});
     EXPECT_NE(blind->end, RefineEnd::converged);
     EXPECT_GT(blind->condition, 1e6);

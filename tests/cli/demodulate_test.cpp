@@ -52,8 +52,8 @@ TEST(Demodulate, FindsReferenceMatrixAndScatter) {
     EXPECT_EQ(json["sensor_channels"], nlohmann::json({0, 2, 3}));
     for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j < 3; ++j) {
-            const auto row = static_cast<Index>(i);
-            const auto column = static_cast<Index>(j);
+            const auto row = static_cast<Eigen::Index>(i);
+            const auto column = static_cast<Eigen::Index>(j);
             EXPECT_NEAR(json["mean"][i][j].get<double>(), dipole()(row, column), 5e-4);
             EXPECT_NEAR(json["scatter"][i][j].get<double>(), 20 * 0.1 / 9000, 2e-4);
         }
