@@ -189,9 +189,7 @@ TYPED_TEST_SUITE(Linear, Scalars);
 TYPED_TEST(Linear, OperationsOnEntriesHaveTheSameBits) {
     this->template check_entries<3, 1>();
     this->template check_entries<3, 3>();
-    this->template check_entries<1, 4>();
     this->template check_entries<3, 12>();
-    this->template check_entries<9, 6>();
 }
 
 TYPED_TEST(Linear, SumsDifferByRoundingOnly) {
@@ -199,7 +197,6 @@ TYPED_TEST(Linear, SumsDifferByRoundingOnly) {
     this->template check_sums<3, 3>();
     this->template check_sums<6, 6>();
     this->template check_sums<3, 12>();
-    this->template check_sums<12, 12>();
 }
 
 TYPED_TEST(Linear, SumsAreAddedFromLastToFirst) {
