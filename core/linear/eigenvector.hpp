@@ -44,8 +44,7 @@ Vec3<Scalar> largest_eigenvector(const Mat3<Scalar>& symmetric) {
     const Vec3<Scalar> b = row.cross(m.col((i + 2) % 3));
     const Scalar a2 = a.squaredNorm();
     const Scalar b2 = b.squaredNorm();
-    constexpr Scalar kSquaredEpsilon = std::numeric_limits<Scalar>::epsilon() * std::numeric_limits<Scalar>::epsilon();
-    if (std::max(a2, b2) > kSquaredEpsilon) {
+    if (std::max(a2, b2) > std::numeric_limits<Scalar>::epsilon()) {  // of squares: shorter products are mostly rounding
         return a2 > b2 ? Vec3<Scalar>(a / std::sqrt(a2)) : Vec3<Scalar>(b / std::sqrt(b2));
     }
     // Two equal largest eigenvalues: any vector orthogonal to the row.
