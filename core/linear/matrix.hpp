@@ -319,6 +319,7 @@ public:
     constexpr Scalar mean() const { return sum() / kSize; }
     constexpr Scalar trace() const { return diagonal().sum(); }
     constexpr Scalar squaredNorm() const {
+        static_assert(!requires(Scalar a) { a.imag(); }, "of complex numbers: eigen(m).squaredNorm()");
         return sum_of([this](int n) -> Scalar { return entry(n) * entry(n); });
     }
     constexpr Scalar norm() const { return std::sqrt(squaredNorm()); }
