@@ -114,7 +114,7 @@ DeviceConfig parse_device_config(const std::string& name, std::string_view text)
     }
     const CheckedTable coils = root.child("coils");
     if (parsed.contains("coils")) {
-        require(host::Component::gpio, path + ": [coils]");
+        require(host::Component::gpio, name + ": [coils]");
         config.coils = coil_lines(coils);
     }
     read_front_end(root.child("front_end"), config);
