@@ -18,7 +18,7 @@ inline MeasuredColumn<double> corrected(MeasuredColumn<double> column, const sig
         }
         const float amplitude = static_cast<float>(column.level[coil]) / kLevelsPerFullScale;
         const auto factor = static_cast<double>(errors.correction(column.gain_step, coil, amplitude, true));
-        const auto i = static_cast<Eigen::Index>(coil);
+        const auto i = static_cast<Index>(coil);
         column.in_phase(i) *= factor;
         column.quadrature(i) *= factor;
         column.level[coil] = 0;

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "board/support/link_health.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "drivers/gpiod/gpio_lines.hpp"
 
 namespace tricoil::linux_board {

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kPortion = 4096;  // a pipe that is ready accepts this size without blocking (PIPE_BUF)
 constexpr int kPollMs = 100;
 constexpr std::chrono::seconds kCloseTimeout{2};
-constexpr std::chrono::milliseconds kCollectFor{25};  // collects several lines per system call to save processor time
+constexpr std::chrono::milliseconds kCollectionPause{25};  // collects several lines per system call to save processor time
 
 int make_file(const std::string& path) {
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -65,7 +65,7 @@ void LinePump::run() {
     std::unique_lock lock(mutex_);
     for (;;) {
         if (size_ == 0 && !closing_) {
-            wake_.wait_for(lock, kCollectFor, [&] { return closing_; });
+            wake_.wait_for(lock, kCollectionPause, [&] { return closing_; });
             continue;
         }
         if (size_ == 0 || (closing_ && std::chrono::steady_clock::now() > deadline_)) {

@@ -119,7 +119,7 @@ PoseNumbers numbers_of(const tracking::PoseEstimate<double>& e, double units_per
                   1e3 * e.distortion_m,
                   e.snr_db};
     for (std::size_t i = 0; i < 6; ++i) {
-        const auto k = static_cast<Eigen::Index>(i);
+        const auto k = static_cast<Index>(i);
         const double unit = i < 3 ? units_per_m : 1;
         n.deviation[i] = unit * std::sqrt(e.covariance(k, k));
         if (i < 3) {

@@ -14,7 +14,7 @@ namespace {
 
 namespace py = pybind11;
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+using RowMajor3 = Matrix<double, 3, 3, Order::by_rows>;
 
 constexpr py::ssize_t kChunk = 1 << 12;  // rows between two checks
 
@@ -61,7 +61,7 @@ py::array_t<SolutionRow> solve(const Array& x, const Array& sigma, double coupli
     const double* const sigmas = sigma.data();
     const Vec3<double> towards(hemisphere.data());
     for_rows(x.shape(0), progress, [&](py::ssize_t n) {
-        out[n] = solve_row(Eigen::Map<const RowMajor3>(matrices + 9 * n), sigmas[n], coupling_constant, towards);
+        out[n] = solve_row(RowMajor3(matrices + 9 * n), sigmas[n], coupling_constant, towards);
     });
     return rows;
 }
@@ -76,7 +76,7 @@ Array couplings(const Array& position_m, const Array& wxyz, double coupling_cons
     for_rows(count, py::none(), [&](py::ssize_t n) {
         const double* const q = quaternions + 4 * n;
         const Mat3<double> o = Quat<double>(q[0], q[1], q[2], q[3]).normalized().conjugate().toRotationMatrix();
-        Eigen::Map<RowMajor3>(out + 9 * n) = field::signal_matrix<double>(coupling_constant, Vec3<double>(positions + 3 * n), o);
+        copy_rows(field::signal_matrix<double>(coupling_constant, Vec3<double>(positions + 3 * n), o), out + 9 * n);
     });
     return result;
 }

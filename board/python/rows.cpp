@@ -11,10 +11,10 @@ void put(const Quat<double>& q, double (&wxyz)[4]) {
     wxyz[3] = q.z();
 }
 
-void put(const Vec3<double>& v, double (&xyz)[3]) { Eigen::Map<Vec3<double>>{xyz} = v; }
+void put(const Vec3<double>& v, double (&xyz)[3]) { copy_rows(v, xyz); }
 
 void put(const Mat6<double>& m, double (&rows)[6][6]) {
-    Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>{&rows[0][0]} = m;
+    copy_rows(m, &rows[0][0]);
 }
 
 PoseRow to_row(const tracking::PoseEstimate<double>& estimate) {
@@ -27,7 +27,7 @@ PoseRow to_row(const tracking::PoseEstimate<double>& estimate) {
     put(estimate.position_m, row.position_m);
     put(estimate.q_source_sensor, row.quaternion_wxyz);
     put(estimate.covariance, row.covariance);
-    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{&row.couplings[0][0]} = estimate.signal_matrix;
+    copy_rows(estimate.signal_matrix, &row.couplings[0][0]);
     row.distortion_m = estimate.distortion_m;
     row.snr_db = estimate.snr_db;
     row.predicted_error_m =

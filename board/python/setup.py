@@ -15,17 +15,17 @@ MODULE = "tricoil._tricoil"
 
 
 class CMakeBuild(build_ext):
-    """Options of the preset `python`, in a build folder of this Python version. Without the live page, whose build needs npm."""
+    """Options of the preset `run`, in a build folder of this Python version. Without the live page, whose build needs npm."""
 
     def build_extension(self, ext):
-        options = ["--preset", "python", "-B", BUILD, f"-DPython3_EXECUTABLE={sys.executable}", "-DTRICOIL_WITH_WEB=OFF"]
+        options = ["--preset", "run", "-B", BUILD, f"-DPython3_EXECUTABLE={sys.executable}", "-DTRICOIL_PYTHON_PACKAGE=ON", "-DTRICOIL_WITH_WEB=OFF"]
         try:
             subprocess.run(["cmake", *options], cwd=ROOT, check=True)
             subprocess.run(["cmake", "--build", BUILD, "--target", "tricoil_python"], cwd=ROOT, check=True)
         except FileNotFoundError:
-            sys.exit(f"cmake: not found; run {ROOT}/toolchain/install-deps python")
+            sys.exit(f"cmake: not found; run {ROOT}/toolchain/install-deps run")
         except subprocess.CalledProcessError as error:
-            sys.exit(f"{error}; missing packages: {ROOT}/toolchain/install-deps python installs them on Debian")
+            sys.exit(f"{error}; missing packages: {ROOT}/toolchain/install-deps run installs them on Debian")
         (module,) = (BUILD / "board/python/tricoil").glob("_tricoil.*.so")
         self.copy_file(module, self.get_ext_fullpath(ext.name))
 

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "hal/clock.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/coil_sampler.hpp"

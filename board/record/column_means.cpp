@@ -42,8 +42,8 @@ auto ColumnMeans::between(DeviceTime from, DeviceTime to) -> Means {
         sum.levels.gain_step = column.gain_step;
         count(coil) += 1;
     }
-    sum.quadrature.array().rowwise() /= count.transpose().array();
-    sum.levels.share.array().rowwise() /= count.transpose().array();
+    sum.quadrature = sum.quadrature * count.cwiseInverse().asDiagonal();
+    sum.levels.share = sum.levels.share * count.cwiseInverse().asDiagonal();
     if (!has_levels || sum.levels.gain_step < 0) {
         sum.levels = {Mat3<double>::Zero(), 0};
     }

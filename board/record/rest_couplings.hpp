@@ -7,7 +7,7 @@
 
 #include "board/record/column_means.hpp"
 #include "core/base/time.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

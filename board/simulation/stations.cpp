@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/linear/eigen.hpp"
 #include "sim/motion/simple_motions.hpp"
 
 namespace tricoil::host {
@@ -38,7 +39,7 @@ sim::Pose place(const Vec3<double>& start_m, std::size_t sensor) {
     constexpr double kThird_rad = 2.0943951023931953;
     const double range = start_m.norm();
     const Vec3<double> ahead = start_m.normalized();
-    const Vec3<double> side = ahead.unitOrthogonal();
+    const Vec3<double> side = eigen(ahead).unitOrthogonal();
     const double angle = kThird_rad * static_cast<double>(sensor - 1);
     const Vec3<double> aside = std::cos(angle) * side + std::sin(angle) * ahead.cross(side);
     return {range * ((1 - kAside) * ahead + kAside * aside),

@@ -94,7 +94,7 @@ void require(const std::string& path, const toml::table& root, const char* table
 }
 
 std::string low_band_text(const calibration::LowBand<double>& low) {
-    std::string text = low.ratio.isOnes(0) ? "" : line("low_band_ratio", low.ratio);
+    std::string text = low.ratio == Mat3<double>::Ones() ? "" : line("low_band_ratio", low.ratio);
     text += low.phase_rad.isZero(0) ? "" : line("low_band_phase_rad", low.phase_rad);
     if (low.quadrature_floor < 1) {
         text += fmt::format("low_band_quadrature_floor = {:.6g}\n", low.quadrature_floor);

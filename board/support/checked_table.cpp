@@ -152,7 +152,7 @@ Mat3<double> CheckedTable::matrix(const std::string& key, const Mat3<double>& fa
         if (row.empty()) {
             throw_error(key, node, "must be three rows of three finite numbers");
         }
-        matrix.row(static_cast<Eigen::Index>(i)) << row[0], row[1], row[2];
+        matrix.row(static_cast<Index>(i)) << row[0], row[1], row[2];
     }
     return matrix;
 }

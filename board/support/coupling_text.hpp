@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "board/support/text_table.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "core/signal/excitation.hpp"
 
 namespace tricoil::host {

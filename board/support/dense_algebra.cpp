@@ -7,6 +7,8 @@
 #include <Eigen/SVD>
 #include <cmath>
 
+#include "core/linear/eigen.hpp"
+
 namespace tricoil::host {
 
 SymmetricEigen eigen_of_symmetric(const Eigen::MatrixXd& a) {
@@ -30,7 +32,7 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) { return Eigen::JacobiSVD<Eigen::MatrixXd>(a).singularValues(); }
 
 Mat3<double> nearest_rotation(const Mat3<double>& m) {
-    const Eigen::JacobiSVD<Mat3<double>> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(eigen(m), Eigen::ComputeFullU | Eigen::ComputeFullV);
     const Mat3<double>& u = svd.matrixU();
     const Mat3<double>& v = svd.matrixV();
     const double sign = (u * v.transpose()).determinant() < 0 ? -1 : 1;

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

@@ -1,7 +1,7 @@
 // Rigid transform between two coordinate frames.
 #pragma once
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

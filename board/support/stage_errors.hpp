@@ -1,7 +1,7 @@
 // Errors of the stage that gives the true poses, and of the room around it. They are not part of the tracker.
 #pragma once
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

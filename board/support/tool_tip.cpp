@@ -9,7 +9,7 @@
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
 #include "board/support/toml_text.hpp"
-#include "core/geometry/cholesky.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::host {
@@ -48,7 +48,7 @@ ToolTip parse_tip(const std::string& text) {
         refuse(text);
     }
     for (std::size_t i = 0; i < 3; ++i) {
-        tip.tip_m(static_cast<Eigen::Index>(i)) = parse_all<double>(fields[i], text);
+        tip.tip_m(static_cast<Index>(i)) = parse_all<double>(fields[i], text);
     }
     if (tip.sensor >= tracking::kMaxSensors) {
         throw InputError(fmt::format("--tip {}: the sensor must be 0 to {}", text, tracking::kMaxSensors - 1));

@@ -28,7 +28,7 @@ std::uint64_t get(const std::uint8_t* from) {
 template <typename Any, typename Visitor>
 void visit(Any& c, Visitor each) {
     const auto all = [&](auto& matrix) {
-        for (Eigen::Index k = 0; k < matrix.size(); ++k) {
+        for (Index k = 0; k < matrix.size(); ++k) {
             each(matrix.data()[k]);
         }
     };
@@ -60,10 +60,10 @@ void visit_converters(Errors& errors, Visitor each) {
 
 template <typename Dipole, typename Visitor>
 void visit_dipole(Dipole& dipole, Visitor each) {
-    for (Eigen::Index k = 0; k < dipole.position_m.size(); ++k) {
+    for (Index k = 0; k < dipole.position_m.size(); ++k) {
         each(dipole.position_m.data()[k]);
     }
-    for (Eigen::Index k = 0; k < dipole.moment.size(); ++k) {
+    for (Index k = 0; k < dipole.moment.size(); ++k) {
         each(dipole.moment.data()[k]);
     }
 }

@@ -6,7 +6,7 @@
 
 #include "core/base/status.hpp"
 #include "core/field/general_dipole.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 #include "core/signal/converter_errors.hpp"
 
 namespace tricoil::calibration {
@@ -99,15 +99,14 @@ Status check(const Calibration<Scalar>& c) {
         return {StatusCode::invalid_argument, "calibration: the quadrature floor must be a share of 0 to 1"};
     }
     if constexpr (std::is_same_v<Scalar, double>) {
-        const auto ratio = c.low_band.ratio.array();
-        if (!(ratio >= 0.5).all() || !(ratio <= 2).all()) {
+        if (!c.low_band.ratio.all([](double ratio) { return ratio >= 0.5 && ratio <= 2; })) {
             return {StatusCode::invalid_argument, "calibration: the ratio of the low to the high band must be 0.5 to 2"};
         }
         if (!c.low_band.phase_rad.allFinite() || !(c.low_band.quadrature_floor >= 0 && c.low_band.quadrature_floor <= 1)) {
             return {StatusCode::invalid_argument,
                     "calibration: phases of the low band must be finite, their quadrature floor a share of 0 to 1"};
         }
-        if (!(c.low_band.motion_lag_s.array().abs() <= 5e-3).all()) {
+        if (!c.low_band.motion_lag_s.isZero(5e-3)) {
             return {StatusCode::invalid_argument, "calibration: the lag by motion must be -0.005 to 0.005 s"};
         }
     }

@@ -1,7 +1,6 @@
 // Calibration in the form that trackers apply: to each column before its use and to each position before its report.
 #pragma once
 
-#include <Eigen/LU>
 #include <cmath>
 #include <complex>
 
@@ -39,11 +38,11 @@ public:
         gain = c.model.source_moment.colwise().norm();
         axes = c.model.source_moment * gain.cwiseInverse().asDiagonal();
         const Mat3<Scalar> cosines = axes.transpose() * axes;
-        if (largest((cosines - Mat3<Scalar>::Identity()).eval()) > kSquareness) {
+        if (largest(cosines - Mat3<Scalar>::Identity()) > kSquareness) {
             return Status{StatusCode::invalid_argument, "source coils are not orthogonal within 1 mrad"};
         }
         if (axes.determinant() < 0) {  // a reversed coil: the one whose axis points most in the negative direction
-            Eigen::Index reversed = 0;
+            Index reversed = 0;
             axes.diagonal().minCoeff(&reversed);
             axes.col(reversed) *= Scalar(-1);
             gain(reversed) *= Scalar(-1);
@@ -71,10 +70,10 @@ public:
 
     /// Corrects column j (0-2): in phase, quadrature and standard deviations. After ideal_triads() the result has C = 1.
     void correct_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
-        const auto cosine = phase_rad_.col(j).array().cos();
-        const auto sine = phase_rad_.col(j).array().sin();
-        const Vec3<Scalar> along = cosine * in_phase.array() + sine * quadrature.array();
-        const Vec3<Scalar> across = cosine * quadrature.array() - sine * in_phase.array();
+        const Vec3<Scalar> cosine = phase_rad_.col(j).unaryExpr([](Scalar phase) { return std::cos(phase); });
+        const Vec3<Scalar> sine = phase_rad_.col(j).unaryExpr([](Scalar phase) { return std::sin(phase); });
+        const Vec3<Scalar> along = cosine.cwiseProduct(in_phase) + sine.cwiseProduct(quadrature);
+        const Vec3<Scalar> across = cosine.cwiseProduct(quadrature) - sine.cwiseProduct(in_phase);
         in_phase = sensor_ * along / gain_(j);
         quadrature = sensor_ * across / gain_(j);
         correct_sigma(j, sigma);
@@ -82,7 +81,7 @@ public:
 
     /// The same for a column of the low band, which first becomes one of the high band. Only in double.
     void correct_low_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
-        for (Eigen::Index i = 0; i < in_phase.size(); ++i) {
+        for (Index i = 0; i < in_phase.size(); ++i) {
             const Scalar phase_rad = phase_rad_(i, j) - low_band_.phase_rad(i, j);
             const auto high = std::polar(1 / low_band_.ratio(i, j), phase_rad) * std::complex<Scalar>(in_phase(i), quadrature(i));
             in_phase(i) = high.real();
@@ -115,7 +114,7 @@ private:
     }
 
     template <typename Derived>
-    static Scalar largest(const Eigen::MatrixBase<Derived>& m) {
+    static Scalar largest(const Dense<Derived>& m) {
         return m.cwiseAbs().maxCoeff();
     }
 

@@ -1,7 +1,7 @@
 // Sampling times of a board: update time, multiplexing, window and latency.
 #pragma once
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::error_model {
 

@@ -29,7 +29,7 @@ Result<solver::TrackingIncrements<Scalar>> exact_increments(const RelativePose<S
     const Mat3<Scalar>& q = relative.rotation;
     const Vec3<Scalar> v = q * u;
     // 2 W_ij / k = 3 v_i u_j - Q_ij.
-    const auto w = [&](Eigen::Index i, Eigen::Index j) { return 3 * v(i) * u(j) - q(i, j); };
+    const auto w = [&](Index i, Index j) { return 3 * v(i) * u(j) - q(i, j); };
     const Scalar kappa = w(0, 0);
     if (!(kappa > 0)) {
         return Status{StatusCode::not_converged, "previous pose is too far from the real one: kappa is not positive"};

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/status.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "core/solver/previous_measurement.hpp"
 
 namespace tricoil::error_model {

@@ -1,7 +1,7 @@
 // Motion of a sensor at one instant.
 #pragma once
 
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::error_model {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/error_model/kappa.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::error_model {
 

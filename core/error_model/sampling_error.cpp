@@ -22,7 +22,7 @@ PoseError<Scalar> solve_normal_equations(const Vec3<Scalar>& position_m, const V
 
 /// Second time derivative of the dipole field B = C (3 (r.m) r - m r^2) / (2 r^5) of coil j at a point that moves uniformly.
 template <typename Scalar>
-Vec3<Scalar> field_curvature(const Vec3<Scalar>& r, const Vec3<Scalar>& v, Eigen::Index j) {
+Vec3<Scalar> field_curvature(const Vec3<Scalar>& r, const Vec3<Scalar>& v, Index j) {
     const Scalar n = r.squaredNorm();
     const Scalar dn = 2 * r.dot(v);
     const Scalar ddn = 2 * v.squaredNorm();

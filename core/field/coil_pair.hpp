@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::field {
 

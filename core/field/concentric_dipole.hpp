@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/geometry/rotations.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::field {
 
@@ -34,8 +34,8 @@ Mat3<Scalar> signal_matrix(CouplingConstant<Scalar> c, const Vec3<Scalar>& posit
 template <typename Scalar>
 struct ColumnModel {
     Vec3<Scalar> column;                              // coupling units
-    Eigen::Matrix<Scalar, 3, 3> by_position_per_m;    // d column / d position
-    Eigen::Matrix<Scalar, 3, 3> by_rotation_per_rad;  // d column / d r, attitude q -> exp(r) q
+    Matrix<Scalar, 3, 3> by_position_per_m;    // d column / d position
+    Matrix<Scalar, 3, 3> by_rotation_per_rad;  // d column / d r, attitude q -> exp(r) q
 };
 
 /// Column j (0-2) of (6) with its analytic Jacobian. From B = C (3 (u.m) u - m) / (2 rho^3), m = e_j.
@@ -63,9 +63,9 @@ ColumnModel<Scalar> column_model(CouplingConstant<Scalar> c, const Vec3<Scalar>&
 
 /// Jacobian of vec(X), in column order, with respect to (position, small rotation), source frame: 9 x 6.
 template <typename Scalar>
-Eigen::Matrix<Scalar, 9, 6> signal_matrix_jacobian(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m,
+Matrix<Scalar, 9, 6> signal_matrix_jacobian(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m,
                                                    const Mat3<Scalar>& o) {
-    Eigen::Matrix<Scalar, 9, 6> jacobian;
+    Matrix<Scalar, 9, 6> jacobian;
     for (int j = 0; j < 3; ++j) {
         const ColumnModel<Scalar> model = column_model(c, position_m, o, j);
         jacobian.template block<3, 3>(3 * j, 0) = model.by_position_per_m;

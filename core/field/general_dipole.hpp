@@ -4,7 +4,7 @@
 #include "core/field/coil_pair.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/field/induced_dipole.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::field {
 
@@ -123,7 +123,7 @@ Mat3<Scalar> signal_matrix(const GeneralDipole<Scalar>& model, const Vec3<Scalar
 template <typename Scalar>
 struct SignalModel {
     Mat3<Scalar> x;
-    Eigen::Matrix<Scalar, 9, 6> jacobian;
+    Matrix<Scalar, 9, 6> jacobian;
 };
 
 template <typename Scalar>

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "core/base/static_vector.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::field {
 

@@ -26,7 +26,7 @@ template <typename Scalar>
         b += strength * (3 * along * u - m);
         const Scalar slope = 3 * strength * inverse;
         db += slope * (u * m.transpose() + m * u.transpose() - 5 * along * u * u.transpose());
-        db.diagonal().array() += slope * along;
+        db.diagonal() += Vec3<Scalar>::Constant(slope * along);
     }
     column.column += o * b;
     column.by_position_per_m += o * db;

@@ -116,7 +116,7 @@ void Demodulator::correct(std::size_t carrier, BlockColumn& column) const {
     }
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
         const Correction& correction = corrections[coil];
-        const auto i = static_cast<Eigen::Index>(coil);
+        const auto i = static_cast<Index>(coil);
         const std::int64_t a = column.in_phase(i);
         const std::int64_t b = column.quadrature(i);
         const std::int64_t re = a * correction.re.raw() - b * correction.im.raw();
@@ -138,7 +138,7 @@ void Demodulator::judge_noise(std::size_t carrier, const Phasor& reference, Colu
     Scaled most;
     Scaled power;
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-        const auto i = static_cast<Eigen::Index>(coil);
+        const auto i = static_cast<Index>(coil);
         const Correction& g = params_.corrections[carrier][coil];
         const Scaled own = multiply(normalise(sample_variance_[coil], -16),
                                     squared_size(g.re.raw(), g.im.raw(), bounded_exponent(g.exponent) - 30));

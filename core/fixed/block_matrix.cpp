@@ -15,7 +15,7 @@ constexpr std::int64_t kOneQ30 = std::int64_t{1} << 30;
 
 NormalisedBlock normalise(const BlockMatrix& x) {
     std::uint64_t all = 0;
-    for (Eigen::Index i = 0; i < 9; ++i) {
+    for (Index i = 0; i < 9; ++i) {
         all |= size_of(x.mantissa(i));  // its highest bit is that of the largest entry
     }
     NormalisedBlock block;
@@ -23,7 +23,7 @@ NormalisedBlock normalise(const BlockMatrix& x) {
         return block;
     }
     const int shift = excess_bits(all, Entry::kFractionBits);
-    for (Eigen::Index i = 0; i < 9; ++i) {
+    for (Index i = 0; i < 9; ++i) {
         block.y(i) = Entry::from_raw(static_cast<std::int32_t>(scaled_down(x.mantissa(i), shift)));
     }
     block.exponent = bounded_exponent(x.exponent) + shift + Entry::kFractionBits;
@@ -40,20 +40,20 @@ Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v) {
     const int shift = excess_bits(all, 30);
     Vec3<std::int64_t> w;
     std::uint64_t squared = 0;
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         w(i) = scaled_down(v(i), shift);
         squared += static_cast<std::uint64_t>(w(i) * w(i));
     }
     const auto norm = static_cast<std::int64_t>(square_root(squared));  // 2^29 to sqrt(3) * 2^30
     const std::int64_t reciprocal = ((std::int64_t{1} << 60) + norm / 2) / norm;
     Vec3<Unit> u;
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         u(i) = Unit::from_raw(saturate(shift_right_rounded(w(i) * reciprocal, 30)));
     }
     return u;
 }
 
-Eigen::Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x) {
+Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x) {
     const bool down = x.z().raw() < 0;
     const Unit sign = Unit::from_raw(static_cast<std::int32_t>(down ? -kOneQ30 : kOneQ30));
     const std::int64_t denominator = kOneQ30 + static_cast<std::int64_t>(size_of(x.z().raw()));  // 1 to 2
@@ -61,7 +61,7 @@ Eigen::Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x) {
     const Unit a = Unit::from_raw(down ? inverse : -inverse);
     const auto flip = [down](Unit value) { return down ? -value : value; };
     const Unit b = x.x() * x.y() * a;
-    Eigen::Matrix<Unit, 3, 2> axes;
+    Matrix<Unit, 3, 2> axes;
     axes.col(0) << Unit(1) + flip(x.x() * x.x() * a), flip(b), flip(-x.x());
     axes.col(1) << b, sign + x.y() * x.y() * a, -x.y();
     return axes;

@@ -30,7 +30,7 @@ NormalisedBlock normalise(const BlockMatrix& x);
 Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v);
 
 /// Two unit vectors that complete x to a right-handed triad, as columns: geometry::transverse_axes in fixed point.
-Eigen::Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x);
+Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x);
 
 /// Quotients with one denominator >= 0, for one division in all. numerator / denominator in Q30, saturating. Division by zero
 /// gives the limit with the sign of the numerator; 0 / 0 gives 0.

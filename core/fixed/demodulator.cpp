@@ -90,7 +90,7 @@ Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std:
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
         const std::int64_t a = scaled_down(phasors[coil].re, shift);
         const std::int64_t b = scaled_down(phasors[coil].im, shift);
-        const auto i = static_cast<Eigen::Index>(coil);
+        const auto i = static_cast<Index>(coil);
         column.in_phase(i) = over_power.of(shift_right_rounded(a * re + b * im, 3)).raw();
         column.quadrature(i) = over_power.of(shift_right_rounded(b * re - a * im, 3)).raw();
     }
@@ -102,8 +102,8 @@ BlockMatrix assemble(const std::array<BlockColumn, 3>& columns) {
     x.exponent = bounded_exponent(std::max({columns[0].exponent, columns[1].exponent, columns[2].exponent}));
     for (std::size_t j = 0; j < 3; ++j) {
         const int shift = std::min(x.exponent - bounded_exponent(columns[j].exponent), 62);
-        for (Eigen::Index i = 0; i < 3; ++i) {
-            x.mantissa(i, static_cast<Eigen::Index>(j)) =
+        for (Index i = 0; i < 3; ++i) {
+            x.mantissa(i, static_cast<Index>(j)) =
                 static_cast<std::int32_t>(shift_right_rounded(columns[j].in_phase(i), shift));
         }
     }

@@ -49,9 +49,9 @@ constexpr int kMaxSquarings = 10;
 /// largest dominates, every column is a multiple of its eigenvector. Entries of y are at most 1 and one is at least 1/2; entries
 /// of Y^T Y are at most 3 * 2^56 units.
 Vec3<Unit> first_right_singular_vector(const Mat3<Entry>& y) {
-    const auto gram = [&y](Eigen::Index i, Eigen::Index j) {
+    const auto gram = [&y](Index i, Index j) {
         std::int64_t sum = 0;
-        for (Eigen::Index n = 0; n < 3; ++n) {
+        for (Index n = 0; n < 3; ++n) {
             sum += product(y(n, i).raw(), y(n, j).raw());
         }
         return sum;
@@ -78,7 +78,7 @@ std::int64_t root_q28(std::int64_t squared_q56) { return square_root(static_cast
 
 std::int64_t squared_norm(const Vec3<Entry>& v) {
     std::int64_t sum = 0;
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         sum += std::int64_t{v(i).raw()} * v(i).raw();
     }
     return sum;
@@ -95,13 +95,13 @@ struct Plane {
     std::int64_t root;           // s2 s3, Q27
     std::int64_t sum;            // s2 + s3, Q28
 
-    Plane(const Mat3<Entry>& y, const Eigen::Matrix<Unit, 3, 2>& e)
+    Plane(const Mat3<Entry>& y, const Matrix<Unit, 3, 2>& e)
         : ye1(multiply<28>(y, e.col(0))), ye2(multiply<28>(y, e.col(1))), normal(cross<27>(ye1, ye2)) {
         const std::int64_t b11_q56 = squared_norm(ye1);
         const std::int64_t b22_q56 = squared_norm(ye2);
         std::int64_t b12_q56 = 0;
         std::uint64_t normal_squared_q54 = 0;
-        for (Eigen::Index i = 0; i < 3; ++i) {
+        for (Index i = 0; i < 3; ++i) {
             b12_q56 += std::int64_t{ye1(i).raw()} * ye2(i).raw();
             normal_squared_q54 += static_cast<std::uint64_t>(std::int64_t{normal(i).raw()} * normal(i).raw());
         }
@@ -113,10 +113,10 @@ struct Plane {
     }
 
     /// Columns of the polar factor: ye [b22 + r, -b12; -b12, b11 + r] / (sum r). Products stay below 3 * 18 * 2 * 2^55 units.
-    [[nodiscard]] Eigen::Matrix<Unit, 3, 2> polar() const {
+    [[nodiscard]] Matrix<Unit, 3, 2> polar() const {
         const Quotients over(sum * root);  // Q55
-        Eigen::Matrix<Unit, 3, 2> result;
-        for (Eigen::Index i = 0; i < 3; ++i) {
+        Matrix<Unit, 3, 2> result;
+        for (Index i = 0; i < 3; ++i) {
             const std::int64_t first = ye1(i).raw();
             const std::int64_t second = ye2(i).raw();
             result(i, 0) = over.of(first * (b22 + root) - second * b12);
@@ -146,7 +146,7 @@ Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_consta
         return Status{StatusCode::degenerate, "signal matrix is zero: no field at the sensor"};
     }
     const Vec3<Unit> v1 = first_right_singular_vector(block.y);
-    const Eigen::Matrix<Unit, 3, 2> e = transverse_axes(v1);
+    const Matrix<Unit, 3, 2> e = transverse_axes(v1);
     const Plane plane(block.y, e);
     if (plane.root < kMinRootQ27) {
         return Status{StatusCode::degenerate, "signal matrix has rank below three: a coil or a channel is dead"};
@@ -154,14 +154,14 @@ Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_consta
     const Vec3<Entry> image = multiply<28>(block.y, v1);
     const std::int64_t s1 = root_q28(squared_norm(image));
     const Vec3<Unit> u1 = unit_vector(widened(image));
-    const Eigen::Matrix<Unit, 3, 2> polar = plane.polar();
+    const Matrix<Unit, 3, 2> polar = plane.polar();
 
     DirectSolution solution;
     solution.strength = normalise((2 * s1 + plane.sum) * (std::int64_t{1} << 31) / 3, block.exponent - 28 - 31);
     solution.range_m = to_fixed<28>(cube_root(divide(coupling_constant, solution.strength)));
     solution.direction = v1;
-    for (Eigen::Index i = 0; i < 3; ++i) {
-        for (Eigen::Index j = 0; j < 3; ++j) {
+    for (Index i = 0; i < 3; ++i) {
+        for (Index j = 0; j < 3; ++j) {
             // Three products of unit entries: below 3 * 2^60 units.
             const std::int64_t sum = std::int64_t{u1(i).raw()} * v1(j).raw() - std::int64_t{polar(i, 0).raw()} * e(j, 0).raw() -
                                      std::int64_t{polar(i, 1).raw()} * e(j, 1).raw();

@@ -29,7 +29,7 @@ public:
     static constexpr int kFractionBits = F;
 
     constexpr Fixed() = default;
-    /// Conversion from integers: Eigen initialises with 0 and 1.
+    /// Conversion from integers, for matrices of zeros and ones.
     constexpr Fixed(int whole)
         : raw_(saturate(static_cast<std::int64_t>(whole) * (std::int64_t{1} << F))) {}  // NOLINT: implicit by intention
 

@@ -13,8 +13,8 @@ ModelFit fit_of(const NormalisedBlock& x, Scaled coupling_constant, const Vector
     const Vec3<Unit> v = multiply<30>(pose.attitude, pose.direction);
     std::uint64_t misfit_q52 = 0;
     std::uint64_t power_q56 = 0;  // at most 9 * 2^56
-    for (Eigen::Index i = 0; i < 3; ++i) {
-        for (Eigen::Index j = 0; j < 3; ++j) {
+    for (Index i = 0; i < 3; ++i) {
+        for (Index j = 0; j < 3; ++j) {
             const std::int64_t along = 3 * (std::int64_t{v(i).raw()} * pose.direction(j).raw() >> 2);  // Q58, below 2^62
             const std::int64_t bracket = shift_right_rounded(along, 30) - shift_right_rounded(pose.attitude(i, j).raw(), 2);
             const std::int64_t model_q26 = shift_right_rounded(k.raw() * std::int64_t{saturate(bracket)}, 31);

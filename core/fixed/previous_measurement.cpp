@@ -12,7 +12,7 @@ constexpr Fixed<31> kThird = Fixed<31>::from(1.0 / 3);
 /// True if the length is one within 1/64. The stated ranges assume this.
 bool is_unit(const Vec3<Unit>& v) {
     std::int64_t squared = 0;
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         if (abs(v(i)) > Unit::from(1 + 1.0 / 64)) {
             return false;
         }
@@ -29,7 +29,7 @@ bool is_rotation(const Mat3<Unit>& o) {
         return false;
     }
     const Vec3<Unit> third = cross<30>(o.row(0), o.row(1));
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         if (abs(third(i) - o(2, i)) > tolerance) {
             return false;
         }
@@ -51,7 +51,7 @@ Result<Increments> increments_of(const Mat3<Entry>& w) {
     }
     const Quotients quotients(k.raw());
     const auto over_k = [&quotients](std::int64_t numerator) { return quotients.of(numerator); };
-    const auto entry = [&w](Eigen::Index i, Eigen::Index j) { return std::int64_t{w(i, j).raw()}; };
+    const auto entry = [&w](Index i, Index j) { return std::int64_t{w(i, j).raw()}; };
     const auto two_thirds = [](std::int64_t value) { return shift_right_rounded(value * kThird.raw(), 30); };
     const Increments step{k,
                           over_k(two_thirds(2 * entry(0, 1) - entry(1, 0))),
@@ -89,8 +89,8 @@ Mat3<Unit> rotation_back(const Vec3<Unit>& r) {
     const Vec3<Unit> ar(product<30>(a, r.x()), product<30>(a, r.y()), product<30>(a, r.z()));
     // [r]x^2 = r r^T - |r|^2 I
     Mat3<Unit> rotation;
-    for (Eigen::Index i = 0; i < 3; ++i) {
-        for (Eigen::Index j = 0; j < 3; ++j) {
+    for (Index i = 0; i < 3; ++i) {
+        for (Index j = 0; j < 3; ++j) {
             rotation(i, j) = product<30>(b, r(i) * r(j));
         }
     }
@@ -111,7 +111,7 @@ Mat3<Unit> rotation_back(const Vec3<Unit>& r) {
 Mat3<Unit> orthonormalised(const Mat3<Unit>& o) {
     const Mat3<Unit> gram = multiply<30>(o.transpose(), o);
     Mat3<Unit> correction;
-    for (Eigen::Index i = 0; i < 9; ++i) {
+    for (Index i = 0; i < 9; ++i) {
         const std::int64_t identity = i % 4 == 0 ? std::int64_t{3} << 30 : 0;
         correction(i) = Unit::from_raw(saturate(shift_right_rounded(identity - gram(i).raw(), 1)));
     }
@@ -124,7 +124,7 @@ VectorPose turn(const VectorPose& previous, const Mat3<Unit>& p, const Increment
     const Vec3<Unit> rotation = multiply<30>(back, Vec3<Unit>(step.roll, step.pitch, step.yaw));
     VectorPose next = previous;
     Vec3<std::int64_t> direction;
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         direction(i) = std::int64_t{previous.direction(i).raw()} + across(i).raw();
     }
     next.direction = unit_vector(direction);

@@ -8,7 +8,7 @@
 namespace tricoil::fixed {
 
 Quaternion attitude_quaternion(const Mat3<Unit>& o) {
-    const auto entry = [&o](Eigen::Index i, Eigen::Index j) { return std::int64_t{o(j, i).raw()}; };  // of O's transpose
+    const auto entry = [&o](Index i, Index j) { return std::int64_t{o(j, i).raw()}; };  // of O's transpose
     constexpr std::int64_t kOne = std::int64_t{1} << 30;
     // Four times the square of each component, Q30. For a rotation their sum is four, so the largest is at least one.
     const std::array<std::int64_t, 4> squares{

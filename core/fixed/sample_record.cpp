@@ -28,7 +28,7 @@ RecordHead head_of(const ChainParams& params) {
     head.method = static_cast<std::int32_t>(t.method);
     head.passes = t.passes;
     head.confined = t.confined ? 1 : 0;
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         head.hemisphere[i] = t.hemisphere(i).raw();
     }
     head.coupling_mantissa = t.coupling_constant.mantissa;
@@ -66,7 +66,7 @@ Result<ChainParams> params_of(const RecordHead& head) {
     t.method = static_cast<Method>(head.method);
     t.passes = head.passes;
     t.confined = head.confined != 0;
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         t.hemisphere(i) = Unit::from_raw(head.hemisphere[i]);
     }
     t.coupling_constant = {head.coupling_mantissa, head.coupling_exponent};

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::geometry {
 

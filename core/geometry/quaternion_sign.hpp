@@ -1,7 +1,7 @@
 // Sign of a quaternion: q and -q are the same attitude.
 #pragma once
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::geometry {
 

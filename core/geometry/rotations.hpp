@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::geometry {
 
@@ -79,12 +79,12 @@ Scalar angle_between(const Quat<Scalar>& a, const Quat<Scalar>& b) {
 
 /// Two unit vectors that complete the unit vector `x` to a right-handed triad (x, e2, e3), as columns. Defined for every x.
 template <typename Scalar>
-Eigen::Matrix<Scalar, 3, 2> transverse_axes(const Vec3<Scalar>& x) {
+Matrix<Scalar, 3, 2> transverse_axes(const Vec3<Scalar>& x) {
     // Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1): no branches and no pole.
     const Scalar sign = std::copysign(Scalar(1), x.z());
     const Scalar a = Scalar(-1) / (sign + x.z());
     const Scalar b = x.x() * x.y() * a;
-    Eigen::Matrix<Scalar, 3, 2> axes;
+    Matrix<Scalar, 3, 2> axes;
     axes.col(0) << 1 + sign * x.x() * x.x() * a, sign * b, -sign * x.x();
     axes.col(1) << b, sign + x.y() * x.y() * a, -x.y();
     return axes;

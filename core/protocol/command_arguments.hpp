@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "core/signal/acquisition_plan.hpp"
 
 namespace tricoil::protocol {
@@ -47,7 +47,7 @@ inline std::uint32_t hemisphere_argument(const HemisphereRequest& request) {
     const float largest = request.towards.cwiseAbs().maxCoeff();
     const bool is_direction = request.towards.allFinite() && largest > 0;
     std::uint32_t argument = static_cast<std::uint32_t>(request.sensor) << 24U;
-    for (Eigen::Index i = 0; i < 3 && is_direction; ++i) {
+    for (Index i = 0; i < 3 && is_direction; ++i) {
         const auto part = static_cast<std::int8_t>(std::lround(127 * request.towards(i) / largest));
         argument |= static_cast<std::uint32_t>(static_cast<std::uint8_t>(part)) << static_cast<unsigned>(8 * i);
     }

@@ -59,14 +59,14 @@ PoseMessage to_message(const tracking::PoseEstimate<Scalar>& e) {
         const std::array<Scalar, 4> wxyz{q.w(), q.x(), q.y(), q.z()};
         for (std::size_t i = 0; i < 3; ++i) {
             m.position[i] =
-                to_wire<std::int32_t>(e.position_m[static_cast<Eigen::Index>(i)], Scalar(kPositionPerMetre), -1e9, 1e9);
+                to_wire<std::int32_t>(e.position_m[static_cast<Index>(i)], Scalar(kPositionPerMetre), -1e9, 1e9);
         }
         for (std::size_t i = 0; i < 4; ++i) {
             m.quaternion[i] = to_wire<std::int32_t>(wxyz[i], Scalar(kQuaternionPerUnit), -8e6, 8e6);
         }
     }
     for (std::size_t i = 0; i < 6; ++i) {
-        const auto k = static_cast<Eigen::Index>(i);
+        const auto k = static_cast<Index>(i);
         m.deviation[i] = to_wire<std::uint32_t>(std::sqrt(std::max(e.covariance(k, k), Scalar(0))), Scalar(kDeviationPerUnit), 0,
                                                 highest(WireType::u24));
     }
@@ -87,7 +87,7 @@ template <typename Scalar>
         e.flags.set_if((m.flags >> bit & 1) != 0, static_cast<tracking::PoseFlag>(bit));
     }
     for (std::size_t i = 0; i < 3; ++i) {
-        e.position_m[static_cast<Eigen::Index>(i)] = static_cast<Scalar>(m.position[i] / kPositionPerMetre);
+        e.position_m[static_cast<Index>(i)] = static_cast<Scalar>(m.position[i] / kPositionPerMetre);
     }
     std::array<Scalar, 4> q{};
     for (std::size_t i = 0; i < 4; ++i) {
@@ -96,7 +96,7 @@ template <typename Scalar>
     e.q_source_sensor = Quat<Scalar>(q[0], q[1], q[2], q[3]);
     for (std::size_t i = 0; i < 6; ++i) {
         const auto deviation = static_cast<Scalar>(m.deviation[i] / kDeviationPerUnit);
-        e.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) = deviation * deviation;
+        e.covariance(static_cast<Index>(i), static_cast<Index>(i)) = deviation * deviation;
     }
     e.distortion_m = static_cast<Scalar>(m.distortion / kDistortionPerMetre);
     e.snr_db = Scalar(m.snr_cdb) / 100;
@@ -121,7 +121,7 @@ ColumnMessage to_message(const MeasuredColumn<Scalar>& c, std::uint32_t message_
     m.level = c.level;
     m.state_sequence = c.state_sequence;
     for (std::size_t i = 0; finite && i < 3; ++i) {
-        const auto k = static_cast<Eigen::Index>(i);
+        const auto k = static_cast<Index>(i);
         m.in_phase[i] = std::clamp(static_cast<float>(c.in_phase[k]), -1e6F, 1e6F);
         m.quadrature[i] = std::clamp(static_cast<float>(c.quadrature[k]), -1e6F, 1e6F);
         m.sigma[i] = std::clamp(static_cast<float>(c.sigma[k]), 1e-11F, 1e6F);
@@ -150,7 +150,7 @@ template <typename Scalar>
         c.flags.set_if((m.flags >> bit & 1) != 0, static_cast<ColumnFlag>(bit));
     }
     for (std::size_t i = 0; i < 3; ++i) {
-        const auto k = static_cast<Eigen::Index>(i);
+        const auto k = static_cast<Index>(i);
         c.in_phase[k] = static_cast<Scalar>(m.in_phase[i]);
         c.quadrature[k] = static_cast<Scalar>(m.quadrature[i]);
         c.sigma[k] = static_cast<Scalar>(m.sigma[i]);

@@ -61,7 +61,7 @@ double attitude() {
 }
 
 template <typename Scalar>
-Eigen::Matrix<Scalar, 4, 1> wxyz(const Quat<Scalar>& q) {
+Matrix<Scalar, 4, 1> wxyz(const Quat<Scalar>& q) {
     return {q.w(), q.x(), q.y(), q.z()};
 }
 
@@ -110,7 +110,7 @@ double small_rotation() {
 template <typename Scalar>
 double transverse_axes() {
     const double s = 0.57735026918962576;
-    const Eigen::Matrix<double, 3, 7> directions =
+    const Matrix<double, 3, 7> directions =
         known<3, 7>(1., 0., 0., 0., 0., s, 0.8, 0., 1., 0., 0., -1., s, 0., 0., 0., 1., -1., 0., s, -0.6);
     double worst = 0;
     for (int n = 0; n < 7; ++n) {

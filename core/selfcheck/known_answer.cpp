@@ -7,9 +7,9 @@ namespace tricoil::selfcheck {
 namespace {
 
 template <typename Scalar>
-double worst_of(const Scalar* result, const double* answer, Eigen::Index count) {
+double worst_of(const Scalar* result, const double* answer, Index count) {
     Scalar worst = 0;
-    for (Eigen::Index n = 0; n < count; ++n) {
+    for (Index n = 0; n < count; ++n) {
         const Scalar difference = std::abs(result[n] - static_cast<Scalar>(answer[n]));
         if (!std::isfinite(difference)) {
             return kInfinite;
@@ -21,8 +21,8 @@ double worst_of(const Scalar* result, const double* answer, Eigen::Index count) 
 
 }  // namespace
 
-double worst_difference(const float* result, const double* answer, Eigen::Index count) { return worst_of(result, answer, count); }
-double worst_difference(const double* result, const double* answer, Eigen::Index count) {
+double worst_difference(const float* result, const double* answer, Index count) { return worst_of(result, answer, count); }
+double worst_difference(const double* result, const double* answer, Index count) {
     return worst_of(result, answer, count);
 }
 

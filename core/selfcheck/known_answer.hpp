@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "core/selfcheck/report.hpp"
 
 namespace tricoil::selfcheck {
@@ -23,21 +23,21 @@ constexpr double roundings(double count) {
 }
 
 /// Largest difference among `count` entries, in the precision of the result; infinite if an entry is NaN.
-double worst_difference(const float* result, const double* answer, Eigen::Index count);
-double worst_difference(const double* result, const double* answer, Eigen::Index count);
+double worst_difference(const float* result, const double* answer, Index count);
+double worst_difference(const double* result, const double* answer, Index count);
 
 template <typename A, typename B>
-double worst_difference(const Eigen::MatrixBase<A>& result, const Eigen::MatrixBase<B>& answer) {
-    const typename A::PlainObject result_entries = result;
-    const Eigen::Matrix<double, B::RowsAtCompileTime, B::ColsAtCompileTime> answer_entries = answer.template cast<double>();
+double worst_difference(const Dense<A>& result, const Dense<B>& answer) {
+    const typename A::Plain result_entries = result;
+    const Matrix<double, B::kRows, B::kColumns> answer_entries = answer.template cast<double>();
     return worst_difference(result_entries.data(), answer_entries.data(), result_entries.size());
 }
 
 template <int Rows, int Columns, typename... Entries>
-Eigen::Matrix<double, Rows, Columns> known(Entries... entries) {
+Matrix<double, Rows, Columns> known(Entries... entries) {
     const double row_by_row[] = {entries...};
     static_assert(sizeof...(Entries) == static_cast<std::size_t>(Rows * Columns));
-    Eigen::Matrix<double, Rows, Columns> m;
+    Matrix<double, Rows, Columns> m;
     for (int i = 0; i < Rows * Columns; ++i) {
         m(i / Columns, i % Columns) = row_by_row[i];
     }

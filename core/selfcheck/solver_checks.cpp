@@ -26,7 +26,7 @@ double direct_pose() {
         return kInfinite;
     }
     const Vec3<Scalar> u = s->direction.x() < 0 ? Vec3<Scalar>(-s->direction) : s->direction;  // both signs are correct
-    const Eigen::Matrix<Scalar, 2, 1> sizes(s->strength, s->range_m);
+    const Matrix<Scalar, 2, 1> sizes(s->strength, s->range_m);
     return std::max({worst_difference(sizes, known<2, 1>(3.2325530409356742, 0.60050615080811642)),
                      worst_difference(u, known<3, 1>(0.67816732174962757, 0.64822156656444474, -0.34626273890165216)),
                      worst_difference(s->attitude, known<3, 3>(0.78395344690157154, 0.27872946351946154, 0.55473135773750759,
@@ -79,7 +79,7 @@ double increments() {
     if (!step.ok()) {
         return kInfinite;
     }
-    Eigen::Matrix<Scalar, 7, 1> values;
+    Matrix<Scalar, 7, 1> values;
     values << step->range_m, step->position_azimuth, step->position_elevation, step->rotation, step->mean_roll;
     return worst_difference(values,
                             known<7, 1>(0.60130830211747011, 0.044822149210426834, 0.0426068678499456, -0.05332332672535979,

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "core/base/time.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "core/signal/column_flags.hpp"
 #include "core/signal/excitation.hpp"
 

@@ -161,7 +161,7 @@ MeasuredColumn<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block
         const std::complex<Scalar> amplified = response(block, carrier, coil);
         const std::complex<Scalar> ratio = divide(phasors[coil], reference);
         const std::complex<Scalar> coupling = divide(ratio, amplified);
-        const auto entry = static_cast<Eigen::Index>(coil);
+        const auto entry = static_cast<Index>(coil);
         column.in_phase(entry) = coupling.real();
         column.quadrature(entry) = coupling.imag();
         // Noise of the coil's own channel, and of the reference multiplied by the ratio.

@@ -16,7 +16,7 @@ class PhaseCalibration {
 public:
     /// Adds a column that was demodulated with unit response.
     void add(const Column<Scalar>& column) {
-        for (Eigen::Index coil = 0; coil < kSensorCoils; ++coil) {
+        for (Index coil = 0; coil < kSensorCoils; ++coil) {
             const std::complex<Scalar> coupling(column.in_phase(coil), column.quadrature(coil));
             squared_[static_cast<std::size_t>(coil)] += coupling * coupling;
         }

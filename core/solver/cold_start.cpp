@@ -1,6 +1,5 @@
 #include "core/solver/cold_start.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -219,7 +218,7 @@ private:
         Mat3<Scalar> polar = gains_.undo(x_) * field::dipole_factor<Scalar>(u);
         polar /= polar.norm();
         for (int i = 0; i < 12; ++i) {  // Newton's iteration for the polar factor
-            polar = Scalar(0.5) * (polar + polar.inverse().transpose()).eval();
+            polar = Scalar(0.5) * (polar + polar.inverse().transpose());
         }
         const RigidPose<Scalar> pose{range_m * u, geometry::attitude_quaternion(polar)};
         return best_pass(centred_.model, gains_, x_, weights_, pose, 1, small_);

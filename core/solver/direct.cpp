@@ -1,11 +1,11 @@
 #include "core/solver/direct.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 
 #include "core/base/precision.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigenvector.hpp"
 
 namespace tricoil::solver {
 namespace {
@@ -14,10 +14,7 @@ namespace {
 /// x is well conditioned even if the other two are equal.
 template <typename Scalar>
 Vec3<Scalar> first_right_singular_vector(const Mat3<Scalar>& x) {
-    Eigen::SelfAdjointEigenSolver<Mat3<Scalar>> eigen;
-    const Mat3<Scalar> gram = x.transpose() * x;
-    eigen.computeDirect(gram);
-    return eigen.eigenvectors().col(2).normalized();
+    return largest_eigenvector<Scalar>(x.transpose() * x).normalized();
 }
 
 template <typename Scalar>
@@ -44,8 +41,8 @@ Result<DirectSolution<Scalar>> solve_direct(const Mat3<Scalar>& x, Scalar coupli
 
     // In the plane normal to v1 the other two singular pairs may be equal, so only their sum and their polar factor are computed:
     // with B = (Y E)^T (Y E) of 2x2, B^(1/2) = (B + sqrt(det B) I) / t, t = s2 + s3 = sqrt(tr B + 2 sqrt(det B)).
-    const Eigen::Matrix<Scalar, 3, 2> e = geometry::transverse_axes(v1);
-    const Eigen::Matrix<Scalar, 3, 2> ye = y * e;
+    const Matrix<Scalar, 3, 2> e = geometry::transverse_axes(v1);
+    const Matrix<Scalar, 3, 2> ye = y * e;
     const Scalar b11 = ye.col(0).squaredNorm();
     const Scalar b22 = ye.col(1).squaredNorm();
     const Scalar b12 = ye.col(0).dot(ye.col(1));
@@ -55,10 +52,10 @@ Result<DirectSolution<Scalar>> solve_direct(const Mat3<Scalar>& x, Scalar coupli
     if (!(root > 8 * std::numeric_limits<Scalar>::epsilon())) {
         return Status{StatusCode::degenerate, "signal matrix has rank below three: a coil or a channel is dead"};
     }
-    Eigen::Matrix<Scalar, 2, 2> inverse_root;
+    Matrix<Scalar, 2, 2> inverse_root;
     inverse_root << b22 + root, -b12, -b12, b11 + root;
     inverse_root /= sum * root;
-    const Eigen::Matrix<Scalar, 3, 2> polar = ye * inverse_root;
+    const Matrix<Scalar, 3, 2> polar = ye * inverse_root;
 
     const Scalar k = (2 * s1 + sum) / 3;
     const Scalar difference_squared = square(b11 - b22) + 4 * square(b12);  // (s2^2 - s3^2)^2

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/geometry/rotations.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::solver {
 

@@ -3,7 +3,7 @@
 
 #include "core/base/status.hpp"
 #include "core/geometry/angles.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::solver {
 

@@ -5,14 +5,14 @@
 #include <limits>
 
 #include "core/base/precision.hpp"
-#include "core/geometry/cholesky.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/geometry/rotations.hpp"
 
 namespace tricoil::solver {
 namespace {
 
 template <typename Scalar>
-using Vec9 = Eigen::Matrix<Scalar, 9, 1>;
+using Vec9 = Matrix<Scalar, 9, 1>;
 
 /// Normal equations at a pose, J^T J and J^T r of the weighted residuals; lengths in units of range, angles in rad.
 template <typename Scalar>
@@ -30,12 +30,11 @@ template <typename Scalar>
     auto at = field::signal_model<Scalar>(model, pose.position_m, pose.q_source_sensor.toRotationMatrix().transpose());
     result.range_m = pose.position_m.norm();
     const Vec9<Scalar> residual = weights.reshaped().cwiseProduct((at.x - x).reshaped());
-    at.jacobian.array().colwise() *= weights.reshaped().array();
+    at.jacobian = weights.reshaped().asDiagonal() * at.jacobian;
     at.jacobian.template leftCols<3>() *= result.range_m;
     result.cost = residual.squaredNorm();
-    // Entry by entry: for nine rows Eigen would use its product for large matrices, which refers to malloc.
-    result.information.noalias() = at.jacobian.transpose().lazyProduct(at.jacobian);
-    result.gradient.noalias() = at.jacobian.transpose().lazyProduct(residual);
+    result.information = at.jacobian.transpose() * at.jacobian;
+    result.gradient = at.jacobian.transpose() * residual;
 }
 
 template <typename Scalar>

@@ -5,7 +5,7 @@
 
 #include "core/base/status.hpp"
 #include "core/field/general_dipole.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::solver {
 

@@ -63,7 +63,7 @@ public:
         for (std::size_t j = 0; j < kSourceCoils; ++j) {
             const History& h = histories_[j];
             const Scalar elapsed_s = seconds_as<Scalar>(matrix.newest - h.time);
-            const Scalar age_s = matrix.column_age_s(static_cast<Eigen::Index>(j));
+            const Scalar age_s = matrix.column_age_s(static_cast<Index>(j));
             const Scalar extrapolated_s = elapsed_s - age_s;
             const Scalar bend_s2 = (age_s * age_s + extrapolated_s * (extrapolated_s + h.gap_s)) / 2 + window_s * window_s / 24;
             sum += bend_s2 * bend_s2 * h.curvature_squared + age_s * age_s * h.slope_squared;
@@ -94,7 +94,7 @@ public:
         Extrapolation result;
         for (std::size_t j = 0; j < kSourceCoils; ++j) {
             const History& h = histories_[j];
-            const auto column = static_cast<Eigen::Index>(j);
+            const auto column = static_cast<Index>(j);
             const Scalar extrapolated_s = seconds_as<Scalar>(matrix.newest - h.time) - matrix.column_age_s(column);
             const Scalar bend_s2 = extrapolated_s * (extrapolated_s + h.gap_s) / 2;
             result.missing.col(column) = bend_s2 * curvatures[j].value;

@@ -7,7 +7,7 @@
 
 #include "core/base/time.hpp"
 #include "core/error_model/error_budget.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 #include "core/tracking/pose_flags.hpp"
 
 namespace tricoil::tracking {

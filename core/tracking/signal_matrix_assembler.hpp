@@ -56,7 +56,7 @@ public:
         Scalar variance = 0;
         for (std::size_t j = 0; j < kSourceCoils; ++j) {
             const auto column = deskew<Scalar>(before_[j], columns_[j], matrix.newest, longest_gap);
-            matrix.x.col(static_cast<Eigen::Index>(j)) = column.in_phase;
+            matrix.x.col(static_cast<Index>(j)) = column.in_phase;
             matrix.flags |= columns_[j].flags;
             if (column.variance_factor != Scalar(1)) {  // extrapolated from the previous column
                 matrix.flags |= before_[j].flags;
@@ -64,7 +64,7 @@ public:
             matrix.quadrature_squared += columns_[j].quadrature.squaredNorm();
             matrix.quadrature_variance += columns_[j].sigma.squaredNorm() / 9;
             variance += columns_[j].sigma.squaredNorm() * column.variance_factor;
-            matrix.column_age_s(static_cast<Eigen::Index>(j)) = seconds_as<Scalar>(matrix.newest - column.time);
+            matrix.column_age_s(static_cast<Index>(j)) = seconds_as<Scalar>(matrix.newest - column.time);
         }
         matrix.sigma = std::sqrt(variance / 9);
         return matrix;

@@ -5,7 +5,7 @@
 
 #include "core/base/status.hpp"
 #include "core/base/time.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "core/signal/acquisition_plan.hpp"
 
 namespace tricoil::tracking {

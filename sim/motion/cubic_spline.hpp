@@ -2,8 +2,6 @@
 // continuous.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/StdVector>
 #include <algorithm>
 #include <vector>
 
@@ -12,8 +10,8 @@ namespace tricoil::sim {
 template <int Dimension>
 class CubicSpline {
 public:
-    using Point = Eigen::Matrix<double, Dimension, 1>;
-    using Points = std::vector<Point, Eigen::aligned_allocator<Point>>;
+    using Point = Matrix<double, Dimension, 1>;
+    using Points = std::vector<Point>;
 
     CubicSpline() = default;
 

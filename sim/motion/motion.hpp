@@ -1,7 +1,7 @@
 // Motion of a sensor: the ground truth of every simulation.
 #pragma once
 
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::sim {
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/linear/eigen.hpp"
 #include "sim/motion/zero_phase_filter.hpp"
 
 namespace tricoil::sim {
@@ -53,26 +54,26 @@ RecordedMotion::RecordedMotion(const std::vector<Pose>& recording, const Recorde
     }
     const Spline rough = fit_distinct(recording, params.sample_rate_hz);
     const auto count = static_cast<std::size_t>((rough.end_s() - rough.begin_s()) * params.sample_rate_hz) + 1;
-    Eigen::MatrixXd samples(static_cast<Eigen::Index>(count), kDimension);
+    Eigen::MatrixXd samples(static_cast<Index>(count), kDimension);
     for (std::size_t i = 0; i < count; ++i) {
-        samples.row(static_cast<Eigen::Index>(i)) = rough.at(rough.begin_s() + static_cast<double>(i) / params.sample_rate_hz);
+        samples.row(static_cast<Index>(i)) = eigen(rough.at(rough.begin_s() + static_cast<double>(i) / params.sample_rate_hz)).transpose();
     }
     Eigen::MatrixXd smooth = zero_phase_low_pass(samples, params.cutoff_hz / params.sample_rate_hz);
-    const Eigen::RowVector3d shift = params.place_m.transpose() - smooth.leftCols<3>().colwise().mean();
+    const Eigen::RowVector3d shift = eigen(params.place_m).transpose() - smooth.leftCols<3>().colwise().mean();
     smooth.leftCols<3>().rowwise() += shift;
 
     std::vector<double> times(count);
     Spline::Points points(count);
     for (std::size_t i = 0; i < count; ++i) {
         times[i] = static_cast<double>(i) / params.sample_rate_hz;
-        points[i] = smooth.row(static_cast<Eigen::Index>(i)).transpose();
+        points[i] = smooth.row(static_cast<Index>(i)).transpose();
     }
     spline_ = Spline(std::move(times), std::move(points));
 }
 
 Pose RecordedMotion::do_at(double time_s) const {
     const Point point = spline_.at(time_s * speed_);
-    return {point.head<3>(), Quat<double>(Eigen::Vector4d(point.tail<4>())).normalized()};
+    return {point.head<3>(), Quat<double>(point.tail<4>()).normalized()};
 }
 
 }  // namespace tricoil::sim

@@ -56,7 +56,7 @@ Pose GridMotion::do_at(double time_s) const {
     Vec3<double> steps;  // from the centre
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const int nodes = params_.nodes[axis];
-        steps(static_cast<Eigen::Index>(axis)) = node % nodes - 0.5 * (nodes - 1);
+        steps(static_cast<Index>(axis)) = node % nodes - 0.5 * (nodes - 1);
         node /= nodes;
     }
     return {params_.centre_m + params_.spacing_m.cwiseProduct(steps), attitudes_[pose]};
@@ -93,7 +93,8 @@ Pose HandMotion::do_at(double time_s) const {
     const auto sum = [time_s](const std::array<Sine, kSines>& sines) {
         Vec3<double> total = Vec3<double>::Zero();
         for (const Sine& sine : sines) {
-            total += sine.amplitude.cwiseProduct((sine.phase_rad.array() + sine.rate_rad_s * time_s).sin().matrix());
+            const auto value = [&](double phase_rad) { return std::sin(phase_rad + sine.rate_rad_s * time_s); };
+            total += sine.amplitude.cwiseProduct(sine.phase_rad.unaryExpr(value));
         }
         return total;
     };

@@ -1,5 +1,6 @@
 #include "sim/paper/tdm_experiment.hpp"
 
+#include <Eigen/Core>
 #include <fmt/format.h>
 
 #include <cmath>
@@ -8,6 +9,7 @@
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
 
 namespace tricoil::paper {
@@ -113,16 +115,16 @@ std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& pa
 }
 
 TdmReport summarise(const std::vector<TdmPose>& poses) {
-    const auto n = static_cast<Eigen::Index>(poses.size());
+    const auto n = static_cast<Index>(poses.size());
     struct Series {
         Eigen::Array3Xd position, rotation;
     };
     const auto collect = [&](error_model::PoseError<double> TdmPose::*which) {
         Series series{Eigen::Array3Xd(3, n), Eigen::Array3Xd(3, n)};
-        for (Eigen::Index i = 0; i < n; ++i) {
+        for (Index i = 0; i < n; ++i) {
             const auto& error = poses[static_cast<std::size_t>(i)].*which;
-            series.position.col(i) = error.head<3>().array();
-            series.rotation.col(i) = error.tail<3>().array();
+            series.position.col(i) = eigen(error.head<3>()).array();
+            series.rotation.col(i) = eigen(error.tail<3>()).array();
         }
         return series;
     };

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/linear/eigen.hpp"
 #include "core/geometry/angles.hpp"
 #include "sim/world/pose_track.hpp"
 
@@ -113,9 +114,9 @@ std::optional<MetalTrack> CoilWorld::metal_track(const FaultEffect& effect, doub
 
 CurrentColumns CoilWorld::metal_coupling(const Pose& pose, const FaultEffect& effect, double time_s, double selection_s) {
     if (effect.unplugged || !metal_.acts_at(selection_s)) {
-        return CurrentColumns::Zero(3, static_cast<Eigen::Index>(currents()));
+        return CurrentColumns::Zero(3, static_cast<Index>(currents()));
     }
-    return sensor_side(pose, effect) * metal_field(metal_, metal_source(effect), pose.position_m, time_s, selection_s);
+    return eigen(sensor_side(pose, effect)) * metal_field(metal_, metal_source(effect), pose.position_m, time_s, selection_s);
 }
 
 /// Couplings at one sample, and their change since the sample before. Without metal both bands have the same.
@@ -143,7 +144,7 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
     }
     PoseTrack track(motion_, start_s, sample_s);
     const std::optional<MetalTrack> metal = metal_track(effect, start_s, samples.size());
-    const auto with_metal = [&](const Pose& pose, int n) -> CurrentColumns { return sensor_side(pose, effect) * metal->at(n); };
+    const auto with_metal = [&](const Pose& pose, int n) -> CurrentColumns { return eigen(sensor_side(pose, effect)) * metal->at(n); };
     const double per_sample = 1 / (sample_s * kReferenceRadS);
     const Pose first = track.at(-1);
     Couplings now;
@@ -166,7 +167,7 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
         for (std::size_t k = 0; k < currents(); ++k) {
             source[k] = circuits_[k].next();
             // 1 for an open coil: its circuit is off
-            const double share = std::max(1.0, effect.current(static_cast<Eigen::Index>(k % kSourceCoils)));
+            const double share = std::max(1.0, effect.current(static_cast<Index>(k % kSourceCoils)));
             source[k].current *= share;
             source[k].derivative *= share;
             reference_v += source[k].current.real();
@@ -192,19 +193,19 @@ void CoilWorld::amplify(const signal::GainStep<double>& amplifier) {
 Vec3<double> CoilWorld::sensor_voltages(const Couplings& now, std::span<const CoilCurrent> currents) const {
     Vec3<std::complex<double>> sum = Vec3<std::complex<double>>::Zero();
     for (std::size_t n = 0; n < currents.size(); ++n) {
-        const auto column = static_cast<Eigen::Index>(n);
-        const auto coil = static_cast<Eigen::Index>(n % kSourceCoils);
+        const auto column = static_cast<Index>(n);
+        const auto coil = static_cast<Index>(n % kSourceCoils);
         const auto& [current, derivative] = currents[n];
-        Vec3<std::complex<double>> induced = now.x.col(coil) * derivative + now.dx.col(coil) * current;
+        Vec3<std::complex<double>> induced = now.x.col(coil).cast<std::complex<double>>() * derivative + now.dx.col(coil).cast<std::complex<double>>() * current;
         if (now.metal.cols() > 0) {
-            induced += now.metal.col(column) * derivative + now.metal_change.col(column) * current;
+            induced += Vec3<std::complex<double>>(now.metal.col(column) * derivative + now.metal_change.col(column) * current);
         }
-        for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+        for (Index c = 0; c < kSensorCoils; ++c) {
             sum(c) += amplifier_ ? amplification_[n][static_cast<std::size_t>(c)] * induced(c) : induced(c);
         }
     }
     Vec3<double> volts;
-    for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+    for (Index c = 0; c < kSensorCoils; ++c) {
         volts(c) = (channel_[static_cast<std::size_t>(c)] * sum(c)).real();
     }
     return volts;
@@ -220,7 +221,7 @@ Sample CoilWorld::convert(const Vec3<double>& sensor_v, double reference_v, doub
     Sample sample;
     for (std::size_t c = 0; c < kChannels; ++c) {
         const double hum = amplifier_ && c != kReferenceChannel ? amplifier_->gain[c] * mains : mains;
-        const double volts = c == kReferenceChannel ? reference_v : sensor_v(static_cast<Eigen::Index>(c)) + hum;
+        const double volts = c == kReferenceChannel ? reference_v : sensor_v(static_cast<Index>(c)) + hum;
         const std::int32_t code = converters_[c].convert(volts, random_);
         sample[c] = effect.stuck[c] ? 0 : code;
     }

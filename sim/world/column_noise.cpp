@@ -37,8 +37,8 @@ Covariance impulse_covariance(const signal::AcquisitionPlan& plan) {
             const bool is_high = j < kSourceCoils;  // the demodulator removes hum from the high band only
             const std::complex<double> hum = is_high ? signal::hum_leakage(oscillators[j], step, size)[0] : 0;
             const std::complex<double> phasor = phasors[j][0] - hum;
-            response(static_cast<Eigen::Index>(2 * j)) = phasor.real() / kImpulse;
-            response(static_cast<Eigen::Index>(2 * j + 1)) = phasor.imag() / kImpulse;
+            response(static_cast<Index>(2 * j)) = phasor.real() / kImpulse;
+            response(static_cast<Index>(2 * j + 1)) = phasor.imag() / kImpulse;
         }
         sum += response * response.transpose();
         window[n][0] = 0;
@@ -62,7 +62,7 @@ ColumnNoise::Phasors ColumnNoise::draw(std::mt19937_64& random) {
     const Parts parts = factor_ * white;
     Phasors phasors;
     for (std::size_t j = 0; j < phasors.size(); ++j) {
-        const auto part = static_cast<Eigen::Index>(2 * j);
+        const auto part = static_cast<Index>(2 * j);
         phasors[j] = {parts(part), parts(part + 1)};
     }
     return phasors;

@@ -3,6 +3,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/linear/eigen.hpp"
+
 namespace tricoil::sim {
 namespace {
 
@@ -92,8 +94,8 @@ ColumnWorld::WindowCoupling ColumnWorld::window_coupling(const FaultEffect& effe
     const Mat3<double> after = world_.coupling(poses_[2], effect);
     const Mat3<double> mean = x + share * share / 24 * (after - 2 * x + before);
     CurrentColumns with_metal = world_.metal_coupling(poses_[1], effect, start_s + middle_s_, start_s);
-    for (Eigen::Index n = 0; n < with_metal.cols(); ++n) {
-        with_metal.col(n) += mean.col(n % kSourceCoils);
+    for (Index n = 0; n < with_metal.cols(); ++n) {
+        with_metal.col(n) += eigen(mean.col(n % kSourceCoils));
     }
     return {with_metal, (after - before) / (2 * block_s)};
 }
@@ -119,7 +121,7 @@ MeasuredColumn<double> ColumnWorld::make_column(const Block& block, int carrier_
         return column;
     }
     const double amplitude_sigma = sample_sigma_v_ * std::sqrt(2.0 / plan_.window_samples) / std::abs(reference_v);
-    for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+    for (Index c = 0; c < kSensorCoils; ++c) {
         const auto channel = static_cast<std::size_t>(c);
         const std::complex<double> response = demodulator_.response[carrier][channel];
         double by_motion = 0;
@@ -144,7 +146,7 @@ bool ColumnWorld::saturates(const Block& block, const CurrentColumns& coupling, 
     Vec3<double> peak_v = Vec3<double>::Zero();
     for (int n = 0; n < plan_.carriers(); ++n) {
         const int current = plan_.is_tdm() ? coil_index(block.state) : n;
-        for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+        for (Index c = 0; c < kSensorCoils; ++c) {
             const std::complex<double> response = demodulator_.response[static_cast<std::size_t>(n)][static_cast<std::size_t>(c)];
             const double amplitude_v = world_.drive_amplitude(current) * effect.current(current % kSourceCoils);
             peak_v(c) += std::abs(coupling(c, current) * response) * amplitude_v;

@@ -5,6 +5,12 @@ namespace {
 
 constexpr double kRunawayCurrent = 4;
 
+void swap_columns(Mat3<double>& m, int i, int j) {
+    const Vec3<double> before = m.col(i);
+    m.col(i) = m.col(j);
+    m.col(j) = before;
+}
+
 void apply(const Fault& fault, FaultEffect& effect) {
     Mat3<double>& triad = fault.triad == Triad::source ? effect.source : effect.sensor;
     switch (fault.kind) {
@@ -18,7 +24,7 @@ void apply(const Fault& fault, FaultEffect& effect) {
             triad.col(fault.coils[0]) *= -1;
             break;
         case FaultKind::swapped_coils:
-            triad.col(fault.coils[0]).swap(triad.col(fault.coils[1]));
+            swap_columns(triad, fault.coils[0], fault.coils[1]);
             break;
         case FaultKind::stuck_channel:
             effect.stuck[static_cast<std::size_t>(fault.channel)] = true;

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "sim/world/metal/object.hpp"
 
 namespace tricoil::sim {

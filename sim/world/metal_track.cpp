@@ -3,16 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/linear/eigen.hpp"
+
 namespace tricoil::sim {
 
 CurrentColumns metal_field(MetalSet& metal, const MetalSource& source, const Vec3<double>& place_m, double time_s,
                            double selection_s) {
     const std::vector<ComplexMat3> fields = metal.field(place_m, time_s, selection_s);
-    CurrentColumns field(3, static_cast<Eigen::Index>(source.currents));
+    CurrentColumns field(3, static_cast<Index>(source.currents));
     for (std::size_t n = 0; n < source.currents; ++n) {
-        const auto coil = static_cast<Eigen::Index>(n % kSourceCoils);
-        field.col(static_cast<Eigen::Index>(n)) =
-            fields[source.frequencies[n]] * source.moments.col(coil).cast<std::complex<double>>();
+        const auto coil = static_cast<Index>(n % kSourceCoils);
+        field.col(static_cast<Index>(n)) =
+            eigen(fields[source.frequencies[n]] * source.moments.col(coil).cast<std::complex<double>>());
     }
     return field;
 }

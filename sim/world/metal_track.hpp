@@ -1,6 +1,7 @@
 // The field of metal at every ADC sample of a block, interpolated between a few evaluations.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <vector>
 

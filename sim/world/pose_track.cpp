@@ -31,7 +31,7 @@ Pose PoseTrack::at(int n) {
         point.head<3>() += weights[i] * knots_[i].head<3>();
         point.tail<4>() += sign * weights[i] * knots_[i].tail<4>();
     }
-    return {point.head<3>(), Quat<double>(Eigen::Vector4d(point.tail<4>())).normalized()};
+    return {point.head<3>(), Quat<double>(point.tail<4>()).normalized()};
 }
 
 }  // namespace tricoil::sim

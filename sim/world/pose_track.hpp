@@ -18,7 +18,7 @@ public:
 
 private:
     static constexpr int kStride = 16;
-    using Point = Eigen::Matrix<double, 7, 1>;
+    using Point = Matrix<double, 7, 1>;
 
     [[nodiscard]] Point knot(int index) const;
 

@@ -4,6 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "core/calibration/blob.hpp"
 #include "core/signal/demodulator.hpp"
 #include "core/solver/cold_start.hpp"

@@ -290,7 +290,7 @@ TEST(Calibration, OfTurnedSourceCoilsGivesPosesInTheSourcesFrame) {
         tracking::PoseEstimate<double> e;
         EXPECT_EQ(protocol::from_message(board.host().poses.back(), e), protocol::WireError::none);
         EXPECT_TRUE(e.valid());
-        EXPECT_LT(e.q_source_sensor.angularDistance(truth.q_source_sensor), 2e-3);
+        EXPECT_LT(geometry::angle_between(e.q_source_sensor.cast<double>(), truth.q_source_sensor.cast<double>()), 2e-3);
         return (e.position_m - side * truth.position_m).norm();
     };
     EXPECT_LT(error(1), 1e-3);

@@ -10,10 +10,10 @@ public:
     explicit CostFunction(const Problem& problem) : problem_(problem) {}
 
     bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-        const Vec6<double> d = Eigen::Map<const Vec6<double>>(parameters[0]);
-        Eigen::Map<Eigen::Matrix<double, 9, 1>>(residuals, 9) = problem_.residuals(d);
+        const Vec6<double> d = Vec6<double>(parameters[0]);
+        copy_rows(problem_.residuals(d), residuals);
         if (jacobians != nullptr && jacobians[0] != nullptr) {
-            Eigen::Map<Eigen::Matrix<double, 9, 6, Eigen::RowMajor>>(jacobians[0], 9, 6) = problem_.jacobian(d);
+            copy_rows(problem_.jacobian(d), jacobians[0]);
         }
         return true;
     }

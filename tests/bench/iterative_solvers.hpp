@@ -3,7 +3,8 @@
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
-#include "core/geometry/types.hpp"
+#include "core/geometry/rotations.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::bench {
 
@@ -21,13 +22,13 @@ struct Problem {
         return {start.position_m + d.head<3>(),
                 geometry::rotation_vector_to_quaternion<double>(d.tail<3>()) * start.q_source_sensor};
     }
-    [[nodiscard]] Eigen::Matrix<double, 9, 1> residuals(const Vec6<double>& d) const {
+    [[nodiscard]] Matrix<double, 9, 1> residuals(const Vec6<double>& d) const {
         const SolvedPose pose = at(d);
         return (field::signal_matrix<double>(1.0, pose.position_m, geometry::attitude_matrix(pose.q_source_sensor)) - x)
             .reshaped();
     }
     /// Derivative with respect to d. Exact for small rotations in d (here about 1e-3, because the start is the truth).
-    [[nodiscard]] Eigen::Matrix<double, 9, 6> jacobian(const Vec6<double>& d) const {
+    [[nodiscard]] Matrix<double, 9, 6> jacobian(const Vec6<double>& d) const {
         const SolvedPose pose = at(d);
         return field::signal_matrix_jacobian<double>(1.0, pose.position_m, geometry::attitude_matrix(pose.q_source_sensor));
     }

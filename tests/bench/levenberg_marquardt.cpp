@@ -1,5 +1,6 @@
 #include <unsupported/Eigen/NonLinearOptimization>
 
+#include "core/linear/eigen.hpp"
 #include "tests/bench/iterative_solvers.hpp"
 
 namespace tricoil::bench {
@@ -10,11 +11,11 @@ struct Functor {
 
     static int values() { return 9; }
     int operator()(const Eigen::VectorXd& d, Eigen::VectorXd& residuals) const {
-        residuals = problem.residuals(d);
+        residuals = eigen(problem.residuals(d));
         return 0;
     }
     int df(const Eigen::VectorXd& d, Eigen::MatrixXd& jacobian) const {
-        jacobian = problem.jacobian(d);
+        jacobian = eigen(problem.jacobian(d));
         return 0;
     }
 };

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::bench {
 
@@ -23,9 +23,9 @@ inline RaabPose solve_raab(const Mat3<double>& x, double coupling_constant) {
     for (int i = 0; i < 3; ++i) {
         u(i) = std::sqrt(std::max(0.0, (4 * s(i, i) / k_squared - 1) / 3));
     }
-    Eigen::Index largest = 0;
+    Index largest = 0;
     u.maxCoeff(&largest);
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         if (i != largest && s(i, largest) < 0) {
             u(i) = -u(i);
         }

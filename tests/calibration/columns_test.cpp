@@ -4,6 +4,8 @@
 #include <random>
 
 #include "core/calibration/coil_correction.hpp"
+#include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
 
 namespace tricoil::calibration {
@@ -17,17 +19,17 @@ Vec3<double> random_vector(std::mt19937_64& random) {
 }
 
 Mat3<double> random_rotation(std::mt19937_64& random) {
-    return Eigen::AngleAxisd(random_vector(random).norm(), random_vector(random).normalized()).toRotationMatrix();
+    return geometry::rotation_vector_to_quaternion<double>(random_vector(random).norm() * random_vector(random).normalized()).toRotationMatrix();
 }
 
 /// Unequal gains; random phases, sensor coil axes and rotation of the source; every third triad has a reversed source coil.
 Calibration<double> misaligned_calibration(int n, std::mt19937_64& random) {
     Calibration<double> c;
     const Vec3<double> gain(5e-3, 7e-3, n % 3 == 0 ? -9e-3 : 9e-3);
-    const Mat3<double> turn = Eigen::AngleAxisd(0.3, random_vector(random).normalized()).toRotationMatrix();
+    const Mat3<double> turn = geometry::rotation_vector_to_quaternion<double>(0.3 * random_vector(random).normalized()).toRotationMatrix();
     c.model.source_moment = turn * gain.asDiagonal();
-    c.model.sensor_sensitivity = Mat3<double>::Identity() + 0.1 * Mat3<double>::Random();
-    c.phase_rad = 0.2 * Mat3<double>::Random();
+    c.model.sensor_sensitivity = Mat3<double>::Identity() + 0.1 * Mat3<double>(Eigen::Matrix3d::Random());
+    c.phase_rad = 0.2 * Mat3<double>(Eigen::Matrix3d::Random());
     return c;
 }
 
@@ -43,8 +45,8 @@ TEST(CoilCorrection, MakesMisalignedCoilsIdealAtEveryPose) {
         const Mat3<double> x = field::signal_matrix(c.model, position, attitude);
         Mat3<double> ideal;
         for (int j = 0; j < 3; ++j) {
-            Vec3<double> in_phase = c.phase_rad.col(j).array().cos() * x.col(j).array();
-            Vec3<double> quadrature = c.phase_rad.col(j).array().sin() * x.col(j).array();
+            Vec3<double> in_phase = eigen(c.phase_rad.col(j)).array().cos() * eigen(x.col(j)).array();
+            Vec3<double> quadrature = eigen(c.phase_rad.col(j)).array().sin() * eigen(x.col(j)).array();
             Vec3<double> sigma = Vec3<double>::Ones();
             columns->correct_column(j, in_phase, quadrature, sigma);
             ideal.col(j) = in_phase;
@@ -64,13 +66,13 @@ TEST(CoilCorrection, LowBandBecomesThatOfTheHighBand) {
     std::mt19937_64 random(8);
     for (int n = 0; n < 100; ++n) {
         auto c = misaligned_calibration(n, random);
-        c.low_band.ratio = Mat3<double>::Ones() + 0.1 * Mat3<double>::Random();
-        c.low_band.phase_rad = 0.2 * Mat3<double>::Random();
+        c.low_band.ratio = Mat3<double>::Ones() + 0.1 * Mat3<double>(Eigen::Matrix3d::Random());
+        c.low_band.phase_rad = 0.2 * Mat3<double>(Eigen::Matrix3d::Random());
         const auto columns = Correction::ideal_triads(c);
         ASSERT_TRUE(columns.ok()) << columns.status().message();
         const auto measured = [](const Vec3<double>& coupling, const auto& phase_rad, const auto& correct) {
-            Vec3<double> in_phase = phase_rad.array().cos() * coupling.array();
-            Vec3<double> quadrature = phase_rad.array().sin() * coupling.array();
+            Vec3<double> in_phase = eigen(phase_rad).array().cos() * eigen(coupling).array();
+            Vec3<double> quadrature = eigen(phase_rad).array().sin() * eigen(coupling).array();
             Vec3<double> sigma = Vec3<double>::Ones();
             correct(in_phase, quadrature, sigma);
             EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm());

@@ -64,7 +64,7 @@ public:
         const double codes = kCodes * std::ldexp(1.0, step - 9);
         std::normal_distribution<double> noise(0, kNoise);
         SignalLevels levels{Mat3<double>::Zero(), step};
-        for (Eigen::Index k = 0; k < 9; ++k) {
+        for (Index k = 0; k < 9; ++k) {
             const auto i = static_cast<std::size_t>(k / 3);
             const double amplitude = codes * std::abs(x(k / 3, k % 3)) * (1 + gain_error_.at(static_cast<std::size_t>(step))[i]);
             const double seen = converted(converters_[i], amplitude) + noise(random_);
@@ -186,7 +186,7 @@ protected:
         std::string text = std::string(kPoseCsvHeader) + columns + "\n";
         for (const MeasuredPose& pose : rests.poses) {
             const Quat<double> q(pose.stage_rotation);
-            text += fmt::format("{},{},{},{}\n", fmt::join(pose.stage_position_m, ","), q.w(), fmt::join(q.vec(), ","),
+            text += fmt::format("{},{},{},{}\n", fmt::join(pose.stage_position_m, ","), q.w(), fmt::join(Vec3<double>(q.vec()), ","),
                                 couplings_text(pose, columns));
         }
         if (!end_of_last_line.empty()) {
@@ -280,7 +280,7 @@ TEST_F(Command, RefusesALargeJump) {
     PoseFile rests = poses_of(board, 48, 0.48, 0.84, 1);
     constexpr double kJump = 6.0 / kFullScale;
     for (MeasuredPose& pose : rests.poses) {
-        for (Eigen::Index j = 0; j < 3; ++j) {
+        for (Index j = 0; j < 3; ++j) {
             const double share = pose.levels->share(0, j);
             pose.x(0, j) *= 1 + kJump * double{signal::ConverterErrors::response(8, static_cast<float>(share))} / share;
         }

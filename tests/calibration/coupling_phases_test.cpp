@@ -5,6 +5,7 @@
 
 #include "board/host/calibration/frame_file.hpp"
 #include "core/field/concentric_dipole.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/tracking/quadrature_check.hpp"
 #include "tests/support/random_poses.hpp"
 
@@ -12,7 +13,7 @@ namespace tricoil::host {
 namespace {
 
 CouplingFrame turned(const Mat3<double>& x, const Mat3<double>& phase_rad) {
-    return {(x.array() * phase_rad.array().cos()).matrix(), (x.array() * phase_rad.array().sin()).matrix()};
+    return {(eigen(x).array() * eigen(phase_rad).array().cos()).matrix(), (eigen(x).array() * eigen(phase_rad).array().sin()).matrix()};
 }
 
 /// At ranges of 0.3 to 0.9 m.
@@ -65,7 +66,7 @@ TEST(CouplingPhases, OfCouplingsThatAreAlwaysSmallAreThoseOfTheChannel) {
         for (const double range_m : {0.3, 0.5, 0.7}) {
             const Mat3<double> x = field::signal_matrix<double>(1.0, range_m * Vec3<double>::UnitX(), Mat3<double>::Identity());
             frames.push_back(turned(x, Mat3<double>::Constant(0.1)));
-            frames.back().quadrature->coeffRef(0, 1) += crosstalk * x(0, 0);
+            frames.back().quadrature->operator()(0, 1) += crosstalk * x(0, 0);
         }
         EXPECT_LT((phases_of(frames) - Mat3<double>::Constant(0.1)).cwiseAbs().maxCoeff(), 0.01) << crosstalk;
     }

@@ -17,6 +17,8 @@
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
+#include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "tests/support/random_poses.hpp"
 #include "tests/support/triads/data_set.hpp"
@@ -136,7 +138,7 @@ TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     const double scale =
         std::cbrt((moment.determinant() * sensitivity.determinant()) / (source.determinant() * sensor.determinant()));
     std::cout << "C off by " << 100 * (scale - 1) << " % (+- " << 100 * found.scale_deviation << "), pivot "
-              << 1e3 * found.pivot_m.front().transpose() << " mm, positions " << 1e3 * found.position_rms_m << " mm\n";
+              << 1e3 * eigen(found.pivot_m.front()).transpose() << " mm, positions " << 1e3 * found.position_rms_m << " mm\n";
     EXPECT_NEAR(scale, 1, 0.005);
     EXPECT_LT((shape.gain - truth.gain).cwiseAbs().maxCoeff(), 0.003);
     EXPECT_LT((shape.angle_deg - truth.angle_deg).cwiseAbs().maxCoeff(), 0.3);
@@ -215,7 +217,7 @@ TEST(FreeMotionFit, WarnsOfMotionThatTurnsAboutOneAxis) {
     const auto model = model_of(real.parameters.data(), RealCoils::kC);
     test::RandomPoses random(65);
     for (std::size_t k = 0; k < real.frames.size(); ++k) {
-        const Mat3<double> o = Eigen::AngleAxisd(random.uniform(-2, 2), Vec3<double>::UnitZ()).toRotationMatrix();
+        const Mat3<double> o = geometry::rotation_vector_to_quaternion<double>((random.uniform(-2, 2)) * Vec3<double>::UnitZ()).toRotationMatrix();
         const Vec3<double> place = Vec3<double>(0.25, 0, 0) + 0.05 * random.uniform(0, 1) * random.direction();
         const Mat3<double> x = field::signal_matrix<double>(model, place, o);
         real.frames[k] = x + 1e-3 * x.norm() * random.gaussian_matrix();

@@ -9,6 +9,8 @@
 #include "board/host/calibration/pivot.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/cholesky.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -72,7 +74,7 @@ Nees monte_carlo(const Pointing& p, int runs) {
     for (int run = 0; run < runs; ++run) {
         const PivotCalibration found = calibrate(point(p, static_cast<std::uint64_t>(run + 1)));
         const Vec3<double> error = found.tip_m - kTip;
-        nees.mean += error.dot(found.tip_covariance_m2.ldlt().solve(error)) / runs;
+        nees.mean += error.dot(Cholesky<double, 3>(found.tip_covariance_m2).solve(error)) / runs;
         nees.bias_sigmas += error.cwiseQuotient(found.tip_covariance_m2.diagonal().cwiseSqrt()) / std::sqrt(runs);
         nees.worst_m = std::max(nees.worst_m, error.norm());
     }
@@ -140,7 +142,7 @@ TEST(Pivot, WorksWithoutNoise) {
 void expect_refused(const std::vector<PivotPose>& poses, const std::string& why) {
     try {
         const PivotCalibration found = calibrate(poses);
-        ADD_FAILURE() << "not refused: " << why << "; tip " << found.tip_m.transpose() << ", tilt " << found.tilt_deg;
+        ADD_FAILURE() << "not refused: " << why << "; tip " << eigen(found.tip_m).transpose() << ", tilt " << found.tilt_deg;
     } catch (const InputError& error) {
         EXPECT_THAT(error.what(), HasSubstr(why));
         EXPECT_THAT(error.what(), HasSubstr("take: "));

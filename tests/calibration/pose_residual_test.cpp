@@ -51,7 +51,7 @@ void expect_derivatives(Blocks b, bool finite) {
                           rotation_about(-1, 0.4, 0.2),
                           rotation_about(0.7, -0.3, 0.5),
                           0.02,
-                          Eigen::Matrix<double, 9, 9>::Identity() + 0.1 * Eigen::Matrix<double, 9, 9>::Ones(),
+                          Matrix<double, 9, 9>::Identity() + 0.1 * Matrix<double, 9, 9>::Ones(),
                           finite};
     const PoseResidual residual(terms);
     const std::vector<const ceres::Manifold*> manifolds(5, nullptr);

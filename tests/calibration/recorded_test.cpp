@@ -202,7 +202,7 @@ TEST_F(RecordedStage, FiniteCoilsOnAGridOfUnknownAttitudes) {
         for (const host::MeasuredPose& pose : poses) {
             const Vec3<double> node = pose.stage_position_m / 0.05;
             grid += fmt::format("{},{},{}", node.x(), node.y(), node.z());
-            for (Eigen::Index k = 0; k < 9; ++k) {
+            for (Index k = 0; k < 9; ++k) {
                 grid += fmt::format(",{}", pose.x(k / 3, k % 3));
             }
             grid += "\n";

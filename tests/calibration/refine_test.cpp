@@ -6,6 +6,8 @@
 #include <cmath>
 #include <iostream>
 
+#include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/cold_start.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/solver/refine.hpp"
@@ -42,21 +44,21 @@ public:
     CeresResidual(const Model& model, const Mat3<double>& x, const RigidPose<double>& start)
         : model_(model), x_(x), start_(start) {}
     bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-        const Vec6<double> d = Eigen::Map<const Vec6<double>>(parameters[0]);
-        const auto value = [&](const Vec6<double>& at) -> Eigen::Matrix<double, 9, 1> {
+        const Vec6<double> d = Vec6<double>(parameters[0]);
+        const auto value = [&](const Vec6<double>& at) -> Matrix<double, 9, 1> {
             const Vec3<double> p = start_.position_m + at.head<3>();
             const Vec3<double> r = at.tail<3>();
             return (couplings(model_, p, geometry::rotation_vector_to_quaternion<double>(r) * start_.q_source_sensor) - x_)
                 .reshaped();
         };
-        Eigen::Map<Eigen::Matrix<double, 9, 1>>(residuals, 9) = value(d);
+        copy_rows(value(d), residuals);
         if (jacobians != nullptr && jacobians[0] != nullptr) {  // numeric, so that it is independent of the derivation under test
             Eigen::Map<Eigen::Matrix<double, 9, 6, Eigen::RowMajor>> jacobian(jacobians[0], 9, 6);
             constexpr double kStep = 1e-5;
             for (int i = 0; i < 6; ++i) {
                 const Vec6<double> step = kStep * Vec6<double>::Unit(i);
-                const Eigen::Matrix<double, 9, 1> difference = value(d + step) - value(d - step);
-                jacobian.col(i) = difference / (2 * kStep);
+                const Matrix<double, 9, 1> difference = value(d + step) - value(d - step);
+                jacobian.col(i) = eigen(difference / (2 * kStep));
             }
         }
         return true;
@@ -252,7 +254,7 @@ TEST(Refine, ReportsNonConvergence) {
     EXPECT_FALSE(nonsense->refinement.converged());
     // One source coil does not determine six parameters.
     Mat3<double> weights = Mat3<double>::Zero();
-    weights.col(0).setOnes();
+    weights.col(0).setConstant(1);
     const auto blind = refine<double>(model, x, weights, {p, Quat<double>::Identity()});
     EXPECT_NE(blind->end, RefineEnd::converged);
     EXPECT_GT(blind->condition, 1e6);

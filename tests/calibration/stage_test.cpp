@@ -7,7 +7,8 @@
 #include <numbers>
 
 #include "core/calibration/blob.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/eigen.hpp"
+#include "core/linear/quaternion.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/support/triads/data_set.hpp"
 
@@ -152,8 +153,8 @@ TEST_F(Stage, RefittingFindsAnyFixtureOfTheSource) {
         }
         const auto refitted = tricoil("evaluate --json --refit-fixtures --calibration " + path("r.toml") + files);
         ASSERT_EQ(refitted.exit_code, 0) << refitted.err;
-        EXPECT_LT(number(refitted, "position_rms_m"), 3 * known) << turn_deg.transpose();
-        EXPECT_LT(number(refitted, "orientation_rms_deg"), 0.1) << turn_deg.transpose();
+        EXPECT_LT(number(refitted, "position_rms_m"), 3 * known) << eigen(turn_deg).transpose();
+        EXPECT_LT(number(refitted, "orientation_rms_deg"), 0.1) << eigen(turn_deg).transpose();
     }
 }
 

@@ -26,7 +26,7 @@ TEST(SurroundingsResidual, DerivativesEqualCentralDifferences) {
         const FrameStarts starts{turned(0.1, 0.2, 0.3), turned(-1, 0.4, 0.2)};
         const int dipoles = n % 3;
         const SurroundingsResidual residual(
-            coils, placed, starts, Eigen::Matrix<double, 9, 9>::Identity() + 0.1 * Eigen::Matrix<double, 9, 9>::Ones(), dipoles);
+            coils, placed, starts, Matrix<double, 9, 9>::Identity() + 0.1 * Matrix<double, 9, 9>::Ones(), dipoles);
         RigidBlock frame{};
         RigidBlock mount{};
         std::array<double, kTurn> turn{};

@@ -14,7 +14,7 @@
 #include <sstream>
 
 #include "board/support/text_table.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "tests/cli/cli_runner.hpp"
 
 namespace tricoil::test {
@@ -130,7 +130,7 @@ protected:
             const auto names = host::split(table[0], ',');
             const auto fields = host::split(table[n], ',');
             const auto first = static_cast<std::size_t>(std::find(names.begin(), names.end(), "q11") - names.begin());
-            Eigen::Matrix<double, 9, 1> numbers;
+            Matrix<double, 9, 1> numbers;
             for (int k = 0; k < 9; ++k) {
                 numbers(k) = std::stod(std::string(fields.at(first + static_cast<std::size_t>(k))));
             }
@@ -140,7 +140,7 @@ protected:
         ASSERT_EQ(rests.size(), 28U);
         ASSERT_EQ(grid.size(), 28U);
         for (std::size_t n = 1; n < grid.size(); ++n) {
-            const Eigen::Matrix<double, 9, 1> of_grid = quadratures(grid, n);
+            const Matrix<double, 9, 1> of_grid = quadratures(grid, n);
             EXPECT_GT(of_grid.norm(), 1e-7) << n;
             EXPECT_LT((quadratures(rests, n) - of_grid).norm(), 0.02 * of_grid.norm()) << n;
         }

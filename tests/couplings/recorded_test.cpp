@@ -3,6 +3,7 @@
 
 #include <iostream>
 
+#include "core/linear/eigen.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/couplings/pose_rows.hpp"
 #include "tests/support/recordings.hpp"
@@ -51,7 +52,7 @@ protected:
             const Vec3<double> error = rows[n].position_m - rest;
             f.rms_mm += 1e6 * error.squaredNorm();
             f.max_mm = std::max(f.max_mm, 1e3 * error.norm());
-            f.within_5_sigma += (error.cwiseAbs().array() <= 5 * rows[n].sigma_m.array()).all();
+            f.within_5_sigma += (eigen(error).array().abs() <= 5 * eigen(rows[n].sigma_m).array()).all();
             ++f.rows;
         }
         f.rms_mm = std::sqrt(f.rms_mm / static_cast<double>(f.rows));

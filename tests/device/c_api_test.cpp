@@ -10,7 +10,7 @@
 #include <string>
 
 #include "board/c_api/tricoil.h"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 #include "core/solver/direct.hpp"
 #include "drivers/posix/file_descriptor.hpp"
 #include "drivers/posix/raw_terminal.hpp"

@@ -62,8 +62,7 @@ TEST_F(Device, TracksFdmAtNineHundredAndSixtyFrames) {
     EXPECT_EQ(summary()["columns_lost"], 0);
 }
 
-/// The front end does not wait: columns that the host does not read in time are lost. (960 frames a second need an idle machine,
-/// because the test kernel shares one processor among front end, bus and tracker.)
+/// The front end does not wait: columns that the host does not read in time are lost.
 TEST_F(Device, LosesNothingAtTheFrontEndsOwnPace) {
     Program peer(front_end("--pace real --watchdog-us 3000000 --duration 20"));
     Program tracker(tricoil("--device can:vcan0 --duration 4"));
@@ -133,7 +132,7 @@ TEST_F(Device, TwoDevicesAtOneAddressAreNotTrusted) {
 }
 
 TEST_F(Device, TheLinkGoesDownAndUp) {
-    Program peer(front_end("--duration 20"));
+    Program peer(front_end("--pace real --duration 20"));
     Program tracker(tricoil("--device can:vcan0 --duration 3"));
     for (int i = 0; i < 3; ++i) {
         test::pause_ms(400);
@@ -251,7 +250,7 @@ TEST_F(Device, RequestsAreAnsweredOverCanAndUsb) {
 }
 
 TEST_F(Device, QueriesDuringARunAreRefused) {
-    Program peer(front_end("--duration 600 --watchdog-us 5000000"));
+    Program peer(front_end("--pace real --duration 600 --watchdog-us 5000000"));
     Program tracker(tricoil("--device can:vcan0"));
     ASSERT_TRUE(test::eventually([] { return test::lines(test::read_text("/run/poses.csv")).size() > 100; })) << complaints();
     test::shell(kTricoil + " device watch --json --duration 0.5 can:vcan0 > /run/watch.json");

@@ -151,7 +151,7 @@ TEST(ColumnCorrection, IsThatOfTheBoardAndHappensOnce) {
     measured.level = {10'000, 20'000, 0};
     const auto once = corrected(measured, errors);
     for (std::size_t coil = 0; coil < 2; ++coil) {
-        const auto i = static_cast<Eigen::Index>(coil);
+        const auto i = static_cast<Index>(coil);
         const auto factor = static_cast<double>(
             errors.correction(kGainStep, coil, static_cast<float>(measured.level[coil]) / kLevelsPerFullScale, true));
         EXPECT_DOUBLE_EQ(once.in_phase(i), factor * measured.in_phase(i));

@@ -1,5 +1,6 @@
 // Calibrations with the simulated front end on a pseudo terminal: stored in the device, and applied by the host.
 #include "core/calibration/blob.hpp"
+#include "core/geometry/rotations.hpp"
 #include "tests/device/pty_fixture.hpp"
 
 namespace tricoil::test {
@@ -75,7 +76,7 @@ std::string matrix_text(const Mat3<double>& m) {
 
 TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {
     // The simulated coils are ideal: a calibration with rotated coils must rotate the poses.
-    const Mat3<double> turn = Eigen::AngleAxisd(0.4, Vec3<double>(1, 2, -1).normalized()).toRotationMatrix();
+    const Mat3<double> turn = geometry::rotation_vector_to_quaternion<double>(0.4 * Vec3<double>(1, 2, -1).normalized()).toRotationMatrix();
     const auto board = [&](const std::string& calibration) {
         write_text(in("board.toml"), "device = \"" + device + "\"\n[calibration]\nfile = \"cal.toml\"\n");
         write_text(in("cal.toml"), "version = 1\nmodel = \"concentric\"\n" + calibration);
@@ -105,7 +106,7 @@ TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {
 }
 
 TEST_F(Pty, ARecordingHoldsWhatWasMeasuredAndTheCalibration) {
-    const Mat3<double> turn = Eigen::AngleAxisd(0.4, Vec3<double>::UnitZ()).toRotationMatrix();
+    const Mat3<double> turn = geometry::rotation_vector_to_quaternion<double>(0.4 * Vec3<double>::UnitZ()).toRotationMatrix();
     plug_in("--duration 4");
     write_text(in("board.toml"), "device = \"" + device + "\"\n[calibration]\nfile = \"cal.toml\"\n");
     write_text(in("cal.toml"), "version = 1\nmodel = \"concentric\"\n[source]\nmoment = " + matrix_text(6.75e-3 * turn) +

@@ -14,7 +14,7 @@ constexpr int kCodeExponent = -13;
 inline BlockMatrix as_codes(const Mat3<double>& x) {
     BlockMatrix codes;
     codes.exponent = kCodeExponent;
-    for (Eigen::Index i = 0; i < 9; ++i) {
+    for (Index i = 0; i < 9; ++i) {
         codes.mantissa(i) = static_cast<std::int32_t>(std::lround(std::ldexp(x(i), -kCodeExponent)));
     }
     return codes;
@@ -24,12 +24,8 @@ inline BlockMatrix as_codes(const Mat3<double>& x) {
 inline Mat3<double> as_double(const BlockMatrix& x) { return std::ldexp(1.0, x.exponent) * x.mantissa.cast<double>(); }
 
 template <typename Derived>
-auto to_double(const Eigen::MatrixBase<Derived>& m) {
-    Eigen::Matrix<double, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime> result;
-    for (Eigen::Index i = 0; i < m.size(); ++i) {
-        result(i) = m(i).to_double();
-    }
-    return result;
+auto to_double(const Dense<Derived>& m) {
+    return m.unaryExpr([](auto entry) { return entry.to_double(); });
 }
 
 }  // namespace tricoil::fixed

@@ -50,7 +50,7 @@ TEST(FixedDemodulator, AgreesWithDoubleOverTheConvertersRange) {
         ASSERT_TRUE(column.ok());
         double largest = 0;
         double worst = 0;
-        for (Eigen::Index i = 0; i < 3; ++i) {
+        for (Index i = 0; i < 3; ++i) {
             const auto ratio = exact[static_cast<std::size_t>(i)] / exact[kReferenceChannel];
             largest = std::max({largest, std::abs(ratio)});
             worst = std::max({worst, std::abs(std::ldexp(column->in_phase(i), column->exponent) - ratio.real()),
@@ -120,7 +120,7 @@ TEST(FixedDemodulator, CouplingsStayWithinTheStatedError) {
         long double largest = 0;
         long double off = 0;
         for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-            const auto i = static_cast<Eigen::Index>(coil);
+            const auto i = static_cast<Index>(coil);
             const long double a = static_cast<long double>(phasors[coil].re);
             const long double b = static_cast<long double>(phasors[coil].im);
             const long double x = (a * re + b * im) / (re * re + im * im);
@@ -146,7 +146,7 @@ TEST(FixedDemodulator, LargestCodesDoNotOverflow) {
     const auto sums = lock_in(Oscillator(kCycles, kMaxBlockSamples), samples);
     const auto column = couplings(sums, samples.size(), 1000);
     ASSERT_TRUE(column.ok());
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         EXPECT_NEAR(std::ldexp(column->in_phase(i), column->exponent), 1, 1e-8);
     }
 }

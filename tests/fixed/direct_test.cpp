@@ -105,7 +105,7 @@ TEST(FixedDirect, RefusesDegenerateMatrices) {
     BlockMatrix dead = good;
     dead.mantissa.row(1).setZero();
     BlockMatrix ones;
-    ones.mantissa.setOnes();
+    ones.mantissa.setConstant(1);
     EXPECT_EQ(solve_direct({}, scaled_from(1)).status().code(), StatusCode::degenerate);
     EXPECT_EQ(solve_direct(dead, scaled_from(1)).status().code(), StatusCode::degenerate);
     EXPECT_EQ(solve_direct(ones, scaled_from(1)).status().code(), StatusCode::degenerate);
@@ -129,7 +129,7 @@ TEST(FixedDirect, SurvivesArbitraryMantissas) {
     for (int n = 0; n < 50'000; ++n) {
         BlockMatrix x;
         x.exponent = static_cast<int>(random() % 200) - 100;
-        for (Eigen::Index i = 0; i < 9; ++i) {
+        for (Index i = 0; i < 9; ++i) {
             const auto bits = static_cast<std::int32_t>(static_cast<std::uint32_t>(random()));
             x.mantissa(i) = random() % 8 == 0 ? std::numeric_limits<std::int32_t>::min() : bits >> (random() % 32);
         }

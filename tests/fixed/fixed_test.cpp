@@ -73,7 +73,7 @@ TEST(Fixed, ConvertsBetweenFormats) {
     EXPECT_EQ(Fixed<28>::from(-0.75).to_double(), -0.75);
 }
 
-TEST(Fixed, ServesInEigenMatrices) {
+TEST(Fixed, ServesInMatrices) {
     using Q = Fixed<20>;
     Mat3<Q> m = Mat3<Q>::Identity();
     m(0, 1) = Q::from(0.5);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/geometry/rotations.hpp"
 #include "core/solver/previous_measurement.hpp"
 #include "tests/fixed/converter.hpp"
 #include "tests/support/random_poses.hpp"
@@ -10,12 +11,8 @@ namespace tricoil::fixed {
 namespace {
 
 template <typename Derived>
-auto units(const Eigen::MatrixBase<Derived>& m) {
-    Eigen::Matrix<Unit, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime> result;
-    for (Eigen::Index i = 0; i < m.size(); ++i) {
-        result(i) = Unit::from(m(i));
-    }
-    return result;
+auto units(const Dense<Derived>& m) {
+    return m.unaryExpr([](double entry) { return Unit::from(entry); });
 }
 
 VectorPose as_fixed(const solver::VectorPose<double>& pose) {
@@ -93,8 +90,8 @@ TEST(FixedPreviousMeasurement, RefusesAnInvalidPose) {
     };
     EXPECT_FALSE(refused([](VectorPose&) {}));
     EXPECT_TRUE(refused([](VectorPose& p) { p.direction = Vec3<Unit>(1, 1, 0); }));
-    EXPECT_TRUE(refused([](VectorPose& p) { p.attitude.rowwise() = Eigen::Matrix<Unit, 1, 3>(1, 0, 0); }));  // equal rows
-    EXPECT_TRUE(refused([](VectorPose& p) { p.attitude(2, 2) = Unit(-1); }));                                // a reflection
+    EXPECT_TRUE(refused([](VectorPose& p) { p.attitude.rowwise() = Matrix<Unit, 1, 3>(1, 0, 0); }));  // equal rows
+    EXPECT_TRUE(refused([](VectorPose& p) { p.attitude(2, 2) = Unit(-1); }));                         // a reflection
     EXPECT_TRUE(refused([](VectorPose& p) { p.attitude.col(0) = p.attitude.col(1); }));
     EXPECT_TRUE(refused([](VectorPose& p) { p.attitude.row(1) << Unit::from(0.1), Unit::from(0.995), Unit(0); }));  // sheared
 }
@@ -107,7 +104,7 @@ TEST(FixedPreviousMeasurement, SurvivesArbitraryInput) {
     for (int n = 0; n < 50'000; ++n) {
         BlockMatrix x;
         VectorPose pose = as_fixed({1, poses.direction(), geometry::attitude_matrix(poses.attitude())});
-        for (Eigen::Index i = 0; i < 9; ++i) {
+        for (Index i = 0; i < 9; ++i) {
             x.mantissa(i) = any();
         }
         if (n % 2 == 0) {

@@ -37,7 +37,7 @@ public:
     template <typename Matrix>
     Matrix matrix() {
         Matrix m;
-        for (Eigen::Index i = 0; i < m.size(); ++i) {
+        for (Index i = 0; i < m.size(); ++i) {
             m(i) = Matrix::Scalar::from_raw(next());
         }
         return m;
@@ -59,7 +59,7 @@ void check_products() {
     for (int n = 0; n < 100'000; ++n) {
         const auto a = extremes.matrix<Vec3<Fixed<A>>>();
         const auto b = extremes.matrix<Vec3<Fixed<B>>>();
-        const auto term = [&](Eigen::Index i, Eigen::Index j) { return Wide{a(i).raw()} * b(j).raw(); };
+        const auto term = [&](Index i, Index j) { return Wide{a(i).raw()} * b(j).raw(); };
         const Wide sum = term(0, 0) + term(1, 1) + term(2, 2);
         ASSERT_EQ(dot<Out>(a, b).raw(), clamped(rounded(sum, A + B - Out)));
         const auto c = cross<Out>(a, b);
@@ -161,12 +161,12 @@ TEST(RangeEnd, BlocksOfAnyExponent) {
     for (int n = 0; n < 20'000; ++n) {
         BlockMatrix x;
         x.exponent = extremes.exponent();
-        for (Eigen::Index i = 0; i < 9; ++i) {
+        for (Index i = 0; i < 9; ++i) {
             x.mantissa(i) = extremes.next();
         }
         const NormalisedBlock block = normalise(x);
         std::int32_t largest = 0;
-        for (Eigen::Index i = 0; i < 9; ++i) {
+        for (Index i = 0; i < 9; ++i) {
             largest = std::max(largest, abs(block.y(i)).raw());
         }
         ASSERT_TRUE(block.zero || (largest >= 1 << 27 && largest <= 1 << 28));

@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "core/linear/eigen.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 #include "sim/hal/simulated_hal.hpp"
 #include "sim/motion/simple_motions.hpp"
@@ -124,7 +125,7 @@ Worst compare(signal::Multiplexing multiplexing, int bits, double seconds, Metho
         worst.different_flags += shared(exact->flags) == shared(ours->flags) && exact->time == ours->time ? 0 : 1;
         worst.valid += ours->valid() ? 1 : 0;
         const double position_m = (to_double(ours->position_m) - exact->position_m).norm();
-        const double attitude_rad = to_double(ours->q_source_sensor).angularDistance(exact->q_source_sensor);
+        const double attitude_rad = geometry::angle_between(to_double(ours->q_source_sensor), exact->q_source_sensor);
         worst.position_m = std::max(worst.position_m, position_m);
         worst.attitude_rad = std::max(worst.attitude_rad, attitude_rad);
         worst.position_squares += position_m * position_m;
@@ -365,7 +366,8 @@ TEST(FixedSides, EqualThoseOfDouble) {
         const bool shorter = Real::is_mirror_excluded(a, b, unseen - Microseconds{2});
         const bool longer = Real::is_mirror_excluded(a, b, unseen + Microseconds{2});
         excluded += answer ? 1 : 0;
-        ASSERT_TRUE(answer == shorter || answer == longer) << a.transpose() << " / " << b.transpose() << " " << unseen.count();
+        ASSERT_TRUE(answer == shorter || answer == longer)
+            << eigen(a).transpose() << " / " << eigen(b).transpose() << " " << unseen.count();
         ASSERT_EQ(Sides::are_opposite(fixed(a), fixed(-b)), a.dot(-b) < 0);
     }
     EXPECT_GT(excluded, 20'000);

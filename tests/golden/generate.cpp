@@ -39,14 +39,14 @@ void write_inputs() {
         const Vec3<double> u_before = nudge * u;
         const Mat3<double> o_before = geometry::attitude_matrix(nudge * q);
         std::printf("{{");
-        for (Eigen::Index i = 0; i < 9; ++i) {
+        for (Index i = 0; i < 9; ++i) {
             print_scaled(x(i), -golden::kExponent, i < 8 ? ", " : "}, ");
         }
         print_scaled(range, 28, ", {");
-        for (Eigen::Index i = 0; i < 3; ++i) {
+        for (Index i = 0; i < 3; ++i) {
             print_scaled(u_before(i), 30, i < 2 ? ", " : "}, {");
         }
-        for (Eigen::Index i = 0; i < 9; ++i) {
+        for (Index i = 0; i < 9; ++i) {
             print_scaled(o_before(i), 30, i < 8 ? ", " : "}},\n");
         }
     }

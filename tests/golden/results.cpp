@@ -38,14 +38,14 @@ Status print(int n, const char* what, Range range, const Vec3<Number>& direction
     };
     TextLine place = begin(" place");
     put(place, range);
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         put(place, direction(i));
     }
     Status status = console.write(place.text("\n").view());
-    for (Eigen::Index j = 0; j < 3 && status.ok(); ++j) {
+    for (Index j = 0; j < 3 && status.ok(); ++j) {
         constexpr const char* kColumns[] = {" column1", " column2", " column3"};
         TextLine column = begin(kColumns[j]);
-        for (Eigen::Index i = 0; i < 3; ++i) {
+        for (Index i = 0; i < 3; ++i) {
             put(column, attitude(i, j));
         }
         status = console.write(column.text("\n").view());
@@ -58,11 +58,11 @@ Status print_solutions(int n, const char* direct_name, const char* previous_name
     const Input& input = kInputs[n];
     Mat3<Scalar> x;
     solver::VectorPose<Scalar> before;
-    for (Eigen::Index i = 0; i < 9; ++i) {
+    for (Index i = 0; i < 9; ++i) {
         x(i) = std::ldexp(static_cast<Scalar>(input.x[i]), kExponent);
         before.attitude(i) = Scalar(kUnit) * static_cast<Scalar>(input.attitude[i]);
     }
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         before.direction(i) = Scalar(kUnit) * static_cast<Scalar>(input.direction[i]);
     }
     before.range_m = Scalar(4 * kUnit) * static_cast<Scalar>(input.range);
@@ -80,7 +80,7 @@ Mat3<std::int32_t> turned(const Mat3<std::int32_t>& x) {
     constexpr std::int64_t kCosine = 1'073'688'138;
     constexpr std::int64_t kSine = 10'737'239;
     Mat3<std::int32_t> next = x;
-    for (Eigen::Index j = 0; j < 3; ++j) {
+    for (Index j = 0; j < 3; ++j) {
         next(0, j) = static_cast<std::int32_t>((kCosine * x(0, j) + kSine * x(1, j)) >> 30);
         next(1, j) = static_cast<std::int32_t>((kCosine * x(1, j) - kSine * x(0, j)) >> 30);
     }
@@ -96,7 +96,7 @@ Status print_tracker(int n, hal::Console& console) {
     fixed::Tracker tracker(test::IntegerBlocks::kAcquisition, {}, params);
     test::IntegerBlocks blocks;
     Mat3<std::int32_t> x;
-    for (Eigen::Index i = 0; i < 9; ++i) {
+    for (Index i = 0; i < 9; ++i) {
         x(i) = kInputs[n].x[i];
     }
     std::optional<fixed::PoseEstimate> pose;
@@ -109,7 +109,7 @@ Status print_tracker(int n, hal::Console& console) {
     }
     TextLine place;
     place.text("golden ").decimal(n).text(" tracker-fixed place");
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         put(place, pose->position_m(i));
     }
     place.text(" ").decimal(static_cast<std::int32_t>(pose->flags.bits()));
@@ -141,11 +141,11 @@ Status print_fixed(int n, hal::Console& console) {
     fixed::BlockMatrix x;
     fixed::VectorPose before;
     x.exponent = kExponent;
-    for (Eigen::Index i = 0; i < 9; ++i) {
+    for (Index i = 0; i < 9; ++i) {
         x.mantissa(i) = input.x[i];
         before.attitude(i) = fixed::Unit::from_raw(input.attitude[i]);
     }
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         before.direction(i) = fixed::Unit::from_raw(input.direction[i]);
     }
     before.range_m = fixed::Metres::from_raw(input.range);

@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include "core/geometry/rotations.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "sim/motion/motion.hpp"
 
@@ -76,7 +75,8 @@ struct PoseRow {
 private:
     static bool is_within(const Vec3<double>& error, const Mat3<double>& covariance) {
         constexpr double kFiveSigmaSquared = 25;
-        return error.dot(covariance.ldlt().solve(error)) <= kFiveSigmaSquared;
+        const Cholesky<double, 3> factor(covariance);
+        return factor.ok() && error.dot(factor.solve(error)) <= kFiveSigmaSquared;
     }
 };
 

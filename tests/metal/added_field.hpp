@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/linear/eigen.hpp"
 #include "sim/world/metal/body.hpp"
 
 namespace tricoil::sim {
@@ -22,7 +23,8 @@ inline ComplexMat3 added_field(const MetalShape& shape, const Material& material
 inline std::complex<double> far_polarisability(const MetalShape& shape, const Material& material, double hz,
                                                const Vec3<double>& axis, double far_m) {
     const ComplexMat3 field = added_field(shape, material, hz, -far_m * axis, far_m * axis);
-    const std::complex<double> added = axis.cast<std::complex<double>>().transpose() * field * axis.cast<std::complex<double>>();
+    const std::complex<double> added =
+        (axis.cast<std::complex<double>>().transpose() * field * axis.cast<std::complex<double>>())(0);
     const double gradient = 2 / (far_m * far_m * far_m);
     return added / (gradient * gradient);
 }

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "board/support/sim_input/fault_text.hpp"
+#include "core/linear/eigen.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "sim/world/coil_world.hpp"
 #include "sim/world/metal/sphere.hpp"
@@ -44,8 +45,8 @@ ComplexMat3 demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan) {
         block.sequence = n;
         block.samples = samples;
         for (const auto& column : *demodulator.demodulate(block)) {
-            x.col(coil_index(column.state)).real() = column.in_phase;
-            x.col(coil_index(column.state)).imag() = column.quadrature;
+            eigen(x).col(coil_index(column.state)).real() = eigen(column.in_phase);
+            eigen(x).col(coil_index(column.state)).imag() = eigen(column.quadrature);
         }
     }
     return x;
@@ -62,7 +63,7 @@ ComplexMat3 expected(const Sphere& sphere, const Vec3<double>& place, const Mate
     const Mat3<double> clean = half_c * o * dipole(kPose.position_m);
     const Mat3<double> added = half_c * o * dipole(kPose.position_m - place) * dipole(place);
     ComplexMat3 x = clean.cast<Complex>();
-    for (Eigen::Index j = 0; j < 3; ++j) {
+    for (Index j = 0; j < 3; ++j) {
         const double hz = plan.params.carrier_hz[static_cast<std::size_t>(j)];
         x.col(j) += sphere_polarisability(sphere, material, hz) * added.col(j).cast<Complex>();
     }
@@ -83,8 +84,10 @@ TEST(MetalWorld, QuadratureAndFrequencyFollowTheSphere) {
             const ComplexMat3 change = demodulated(world, plan) - clean;
             const ComplexMat3 model = expected(Sphere{0.01}, place, fault.metal->material, plan) -
                                       expected(Sphere{1e-6}, place, fault.metal->material, plan);
-            EXPECT_LT((change - model).norm(), 0.01 * model.norm()) << name << "\n" << change << "\n\n" << model;
-            EXPECT_LT(clean.imag().norm(), 1e-5 * clean.norm());
+            EXPECT_LT(eigen(change - model).norm(), 0.01 * eigen(model).norm()) << name << "\n"
+                                                                                << eigen(change) << "\n\n"
+                                                                                << eigen(model);
+            EXPECT_LT(eigen(clean).imag().norm(), 1e-5 * eigen(clean).norm());
         }
     }
 }
@@ -118,8 +121,8 @@ TEST(MetalWorld, AMovingSphereIsFollowed) {
     };
     const ComplexMat3 clean = couplings({});
     const ComplexMat3 there = couplings({still}) - clean;
-    const double error = (couplings({moving}) - clean - there).norm();
-    EXPECT_LT(error, 0.2 * (couplings({late}) - clean - there).norm());
+    const double error = eigen(couplings({moving}) - clean - there).norm();
+    EXPECT_LT(error, 0.2 * eigen(couplings({late}) - clean - there).norm());
 }
 
 TEST(MetalWorld, ParabolasFollowAPassingSphere) {
@@ -135,8 +138,8 @@ TEST(MetalWorld, ParabolasFollowAPassingSphere) {
         double error = 0;
         for (int n = -1; n < kSamples; n += 7) {
             const ComplexMat3 field = set.field(kPose.position_m, start_s + n * kSample_s, start_s)[0];
-            largest = std::max(largest, field.norm());
-            error = std::max(error, (track.at(n) - field).norm());
+            largest = std::max(largest, eigen(field).norm());
+            error = std::max(error, (track.at(n) - eigen(field)).norm());
         }
         EXPECT_LT(error, 3e-4 * largest) << start_s;
     }
@@ -160,22 +163,23 @@ TEST(MetalWorld, TurningTheObjectTurnsTheField) {
     const ComplexMat3 field = field_of(rod, sensor, 0);
     MetalObject turned = rod;
     turned.pose.q_source_sensor = q;
-    EXPECT_GT((field_of(turned, sensor, 0) - field).norm(), 0.1 * field.norm());
+    EXPECT_GT(eigen(field_of(turned, sensor, 0) - field).norm(), 0.1 * eigen(field).norm());
     turned.pose.position_m = q * rod.pose.position_m;
-    EXPECT_LT((field_of(turned, q * sensor, 0) - r * field * r.adjoint()).norm(), 1e-9 * field.norm());
+    EXPECT_LT((eigen(field_of(turned, q * sensor, 0)) - eigen(r) * eigen(field) * eigen(r).adjoint()).norm(),
+              1e-9 * eigen(field).norm());
 }
 
 TEST(MetalWorld, AnObjectTurnsAtItsRate) {
     const Vec3<double> sensor(0.4, 0.2, 0.1);
     MetalObject rod;
     rod.shape = Cylinder{0.01, 0.1, 0};
-    rod.pose = {{0.3, 0.1, 0}, Quat<double>::FromTwoVectors(Vec3<double>::UnitZ(), Vec3<double>::UnitX())};
+    rod.pose = {{0.3, 0.1, 0}, Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX())};
     MetalObject along_y = rod;
-    along_y.pose.q_source_sensor = Quat<double>::FromTwoVectors(Vec3<double>::UnitZ(), Vec3<double>::UnitY());
+    along_y.pose.q_source_sensor = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitY());
     rod.turn_rad_s << 0, 0, 5;  // from x to y
     const ComplexMat3 expected = field_of(along_y, sensor, 0);
-    EXPECT_LT((field_of(rod, sensor, 0.1 * std::numbers::pi) - expected).norm(), 1e-9 * expected.norm());
-    EXPECT_GT((field_of(rod, sensor, 0.05 * std::numbers::pi) - expected).norm(), 0.1 * expected.norm());
+    EXPECT_LT(eigen(field_of(rod, sensor, 0.1 * std::numbers::pi) - expected).norm(), 1e-9 * eigen(expected).norm());
+    EXPECT_GT(eigen(field_of(rod, sensor, 0.05 * std::numbers::pi) - expected).norm(), 0.1 * eigen(expected).norm());
 }
 
 TEST(MetalWorld, AnObjectActsBetweenItsTimes) {
@@ -185,10 +189,10 @@ TEST(MetalWorld, AnObjectActsBetweenItsTimes) {
     set.add(object, 0.5, 1);
     set.tune({1e4});
     for (const double time_s : {0.4, 1.0, 1.5}) {
-        EXPECT_TRUE(set.field({0.6, 0, 0.1}, time_s, time_s)[0].isZero(0)) << time_s;
+        EXPECT_TRUE(eigen(set.field({0.6, 0, 0.1}, time_s, time_s)[0]).isZero(0)) << time_s;
         EXPECT_FALSE(set.acts_at(time_s)) << time_s;
     }
-    EXPECT_FALSE(set.field({0.6, 0, 0.1}, 0.5, 0.5)[0].isZero(0));
+    EXPECT_FALSE(eigen(set.field({0.6, 0, 0.1}, 0.5, 0.5)[0]).isZero(0));
     EXPECT_TRUE(set.acts_at(0.5));
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <sstream>
 
+#include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
 #include "sim/world/metal/metal_set.hpp"
 #include "tests/support/recordings.hpp"
@@ -54,8 +55,8 @@ double position_error(const MetalObject& object, const std::array<double, 3>& ca
     const Mat3<double> clean = (3 * p * p.transpose() / p.squaredNorm() - Mat3<double>::Identity()) / std::pow(p.norm(), 3);
     const std::vector<ComplexMat3> added = set.field(p, 0, 0);
     Mat3<double> x = clean;
-    for (Eigen::Index j = 0; j < 3; ++j) {
-        x.col(j) += added[static_cast<std::size_t>(j)].col(j).real();
+    for (Index j = 0; j < 3; ++j) {
+        x.col(j) += Vec3<double>(eigen(added[static_cast<std::size_t>(j)]).col(j).real());
     }
     const auto solution = solver::solve_direct<double>(x / 2, 1);
     const double sign = solution->direction.dot(p) < 0 ? -1 : 1;

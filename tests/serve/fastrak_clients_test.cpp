@@ -14,7 +14,8 @@
 #include <thread>
 
 #include "core/base/angle_units.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/eigen.hpp"
+#include "core/linear/matrix.hpp"
 #include "drivers/posix/raw_terminal.hpp"
 #include "tests/serve/fastrak_client.hpp"
 #include "tests/serve/serving.hpp"
@@ -141,7 +142,7 @@ Vec3<float> floats_at(const std::string& record, std::size_t at) {
 }
 
 void expect_near(const Vec3<double>& position_m, const Vec3<double>& truth_m) {
-    EXPECT_LT((position_m - truth_m).norm(), kTolerance_m) << position_m.transpose() << " and " << truth_m.transpose();
+    EXPECT_LT((position_m - truth_m).norm(), kTolerance_m) << eigen(position_m).transpose() << " and " << eigen(truth_m).transpose();
 }
 
 TEST(FastrakClients, Vrpn) {

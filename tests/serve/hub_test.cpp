@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "board/host/serve/silence_watch.hpp"
+#include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -53,7 +54,7 @@ TEST(PoseHub, ReadersGetThePosesOfTheTips) {
     PoseHub::Cursor cursor = hub.cursor();
     auto pose = numbered(1);
     pose.q_source_sensor =
-        Quat<double>(Eigen::AngleAxisd(M_PI / 2, Vec3<double>::UnitY()));  // z of the sensor is x of the source
+        geometry::rotation_vector_to_quaternion<double>((M_PI / 2) * Vec3<double>::UnitY());  // z of the sensor is x of the source
     hub.pose(pose);
     pose.sensor = 1;
     pose.covariance(4, 4) = 9e-4;  // rotation about y, which moves the tip along z

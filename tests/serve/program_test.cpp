@@ -225,7 +225,7 @@ TEST(ServeProgram, ClientsBeyondTheLimitAreRefused) {
         served += read_for(client, std::chrono::milliseconds(300), 55).size() == 55U ? 1U : 0U;
     }
     EXPECT_EQ(served, 16U);
-    EXPECT_THAT(serving.err(), HasSubstr("limit of 16 clients reached; new clients are refused"));
+    EXPECT_THAT(serving.err(), HasSubstr("refused: limit of 16 clients of one address reached"));
     for (const int client : clients) {
         close(client);
     }

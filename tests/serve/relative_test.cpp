@@ -240,7 +240,7 @@ TEST(RelativeTo, AllOutputsOfServeAreRelative) {
     close(fastrak);
     ASSERT_EQ(records.size(), 94U);
     for (std::size_t n = 0; n < 3; ++n) {
-        EXPECT_NEAR(std::stod(records.substr(3 + 7 * n, 7)), 100 * stylus[static_cast<Eigen::Index>(n)], 0.7);
+        EXPECT_NEAR(std::stod(records.substr(3 + 7 * n, 7)), 100 * stylus[static_cast<Index>(n)], 0.7);
     }
     EXPECT_EQ(records.substr(47, 24), "02    0.00   0.00   0.00");
     const int page = connect_to(serving.port("web"));

@@ -79,13 +79,16 @@ private:
     nlohmann::json addresses_;
 };
 
-inline int connect_to(std::uint16_t port, int receive_buffer = 0) {
+/// from: address of the client.
+inline int connect_to(std::uint16_t port, int receive_buffer = 0, in_addr_t from = INADDR_LOOPBACK) {
     const int client = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (receive_buffer > 0) {
         setsockopt(client, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
     }
     sockaddr_in address{};
     address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(from);
+    EXPECT_EQ(bind(client, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket API
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     EXPECT_EQ(connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket API

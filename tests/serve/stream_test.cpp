@@ -5,6 +5,9 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+
 #include <array>
 #include <csignal>
 #include <optional>
@@ -14,6 +17,7 @@
 #include "board/host/serve/web/own_name.hpp"
 #include "board/host/serve/web/page_text.hpp"
 #include "board/support/errors.hpp"
+#include "tests/serve/serving.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -194,6 +198,25 @@ TEST(TcpListener, PortInUseIsReported) {
     }
     EXPECT_THROW(TcpListener("--x", {"no.such.host.invalid", "0"}), InputError);
     EXPECT_THROW(TcpListener("--x", {"192.0.2.1", "0"}), InputError);  // not an address of this machine
+}
+
+TEST(TcpListener, ClientsThatNeitherAnswerNorReadAreDisconnected) {
+    const TcpListener listener("--x", {"127.0.0.1", "0"});
+    const int client = test::connect_to(static_cast<std::uint16_t>(listener.port()));
+    const int accepted = listener.accept();
+    ASSERT_GE(accepted, 0);
+    const auto option = [accepted](int level, int name) {
+        int value = -1;
+        socklen_t size = sizeof value;
+        EXPECT_EQ(::getsockopt(accepted, level, name, &value, &size), 0);
+        return value;
+    };
+    EXPECT_EQ(option(SOL_SOCKET, SO_KEEPALIVE), 1);
+    EXPECT_LE(option(IPPROTO_TCP, TCP_KEEPIDLE) + option(IPPROTO_TCP, TCP_KEEPINTVL), 30);
+    EXPECT_EQ(option(IPPROTO_TCP, TCP_USER_TIMEOUT), 30'000);
+    EXPECT_EQ(option(IPPROTO_TCP, TCP_NODELAY), 1);
+    ::close(accepted);
+    ::close(client);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "board/host/run/statistics.hpp"
 #include "board/support/sim_input/trajectory_file.hpp"
 #include "core/field/concentric_dipole.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/tracking/matrix/direct_tracker.hpp"
 #include "core/tracking/scaat/scaat_tracker.hpp"
@@ -98,8 +99,8 @@ struct Score {
         position_m.push_back(dp.norm());
         orientation_rad.push_back(dr.norm());
         const Mat6<double> p = e.covariance.template cast<double>();
-        const double np = dp.dot(p.topLeftCorner<3, 3>().ldlt().solve(dp));
-        const double nr = dr.dot(p.bottomRightCorner<3, 3>().ldlt().solve(dr));
+        const double np = dp.dot(Cholesky<double, 3>(p.topLeftCorner<3, 3>()).solve(dp));
+        const double nr = dr.dot(Cholesky<double, 3>(p.bottomRightCorner<3, 3>()).solve(dr));
         nees_position += np;
         nees_rotation += nr;
         beyond_5_sigma += np > 25 || nr > 25 ? 1U : 0U;

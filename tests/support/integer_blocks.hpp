@@ -22,7 +22,7 @@ public:
             const auto turns = static_cast<std::uint32_t>((std::uint64_t{n} * 11 << 32) / 160);
             const std::int64_t carrier = fixed::sine_cosine({turns}).cosine.raw();
             for (std::size_t i = 0; i < kSensorCoils; ++i) {
-                samples_[n][i] = error() + static_cast<std::int32_t>(carrier * x(static_cast<Eigen::Index>(i), coil) >> 30);
+                samples_[n][i] = error() + static_cast<std::int32_t>(carrier * x(static_cast<Index>(i), coil) >> 30);
             }
             samples_[n][kReferenceChannel] = error() + static_cast<std::int32_t>(carrier >> 8);
         }

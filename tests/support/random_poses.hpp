@@ -7,7 +7,7 @@
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::test {
 
@@ -29,14 +29,14 @@ public:
 
     /// Uniform over all attitudes.
     Quat<double> attitude() {
-        Eigen::Vector4d q;
+        Matrix<double, 4, 1> q;
         q << gaussian_vector(), gaussian();
         return Quat<double>(q).normalized();
     }
 
     Mat3<double> gaussian_matrix() {
         Mat3<double> m;
-        for (Eigen::Index i = 0; i < 9; ++i) {
+        for (Index i = 0; i < 9; ++i) {
             m(i) = gaussian();
         }
         return m;

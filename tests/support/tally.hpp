@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include <Eigen/Cholesky>
-
+#include "core/linear/cholesky.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "sim/motion/motion.hpp"
 
@@ -30,7 +29,7 @@ struct Tally {
         }
         ++valid;
         const Vec3<double> d = e.position_m - motion.at(t).position_m;
-        if (d.dot(e.covariance.topLeftCorner<3, 3>().ldlt().solve(d)) > 25) {
+        if (d.dot(Cholesky<double, 3>(e.covariance.topLeftCorner<3, 3>()).solve(d)) > 25) {
             ++beyond_5_sigma;
             worst_beyond_m = std::max(worst_beyond_m, d.norm());
         }

@@ -1,49 +1,14 @@
 #!/usr/bin/env python3
 """The scripts of toolchain/ on machines where something is missing: one line that names it, the documented exit status, and no use of
-incomplete results. Other programs are replaced by small scripts in a folder that is first on PATH."""
+incomplete results. See also fake_machine.py."""
 
-import os
-import pathlib
-import subprocess
-import tempfile
+import signal
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-TOOLCHAIN = ROOT / "toolchain"
-NEEDED = ("apt-cache awk bash cat cut df dirname env find flock gcc grep head id kill mkdir mktemp mv rm sed sha256sum sleep sort tail touch "
-          "tr uname").split()
+from fake_machine import FakeMachine
 
 
-class Scripts(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-        self.cache = self.folder / "cache"
-        self.programs = self.folder / "programs"
-        self.programs.mkdir()
-        for name in NEEDED:
-            found = subprocess.run(["bash", "-c", f"type -P {name}"], capture_output=True, text=True).stdout.strip()
-            (self.programs / name).symlink_to(found)
-
-    def replace(self, name, script):
-        path = self.programs / name
-        path.unlink(missing_ok=True)
-        path.write_text(f"#!/usr/bin/env bash\n{script}\n")
-        path.chmod(0o755)
-
-    def run_script(self, *command, **environment):
-        environment = {"PATH": str(self.programs), "HOME": str(self.folder), "XDG_CACHE_HOME": str(self.cache), **environment}
-        return subprocess.run([str(TOOLCHAIN / command[0]), *command[1:]], capture_output=True, text=True, env=environment)
-
-    def fails(self, *command, status, naming, **environment):
-        done = self.run_script(*command, **environment)
-        self.assertEqual(done.returncode, status, done.stdout + done.stderr)
-        self.assertIn(naming, done.stderr)
-        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
-
-
-class Cache(Scripts):
+class Cache(FakeMachine):
     SCRIPTS = (("npm-packages", "web"), ("uml/build-kernel",), ("vm/prepare",), ("test-kernel",))
 
     def test_cannot_be_written(self):
@@ -60,7 +25,7 @@ class Cache(Scripts):
         self.fails("uml/build-kernel", status=3, naming="has 3 MB of free space and needs")
 
 
-class NpmPackages(Scripts):
+class NpmPackages(FakeMachine):
     def installed(self):
         return [path for path in (self.cache / "tricoil/npm").glob("*") if path.is_dir()]
 
@@ -79,7 +44,7 @@ class NpmPackages(Scripts):
         self.assertEqual(self.run_script("npm-packages", "web").stdout, done.stdout)
 
 
-class BuildKernel(Scripts):
+class BuildKernel(FakeMachine):
     def test_no_candidate(self):
         self.replace("apt-cache", "true")
         self.fails("uml/build-kernel", status=3, naming="no package linux-source-6.1: run apt-get update")
@@ -93,7 +58,7 @@ class BuildKernel(Scripts):
         self.assertEqual(list((self.cache / "tricoil/uml").glob("linux-*")), [])
 
 
-class InstallDeps(Scripts):
+class InstallDeps(FakeMachine):
     def setUp(self):
         super().setUp()
         self.replace("dpkg-query", "exit 1")
@@ -116,13 +81,27 @@ class InstallDeps(Scripts):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("install-deps: waiting for another package manager", done.stdout)
 
+    def test_first_pose_needs_less_than_the_rest(self):
+        self.replace("apt-get", "true")
+        first, all_packages = (set(self.run_script("install-deps", name).stdout.split()) for name in ("first-pose", "run"))
+        self.assertLess(first, all_packages)
+        self.assertNotIn("libceres-dev", first)
+        self.assertIn("python3-scipy", all_packages)
+
+    def test_several_sets_name_each_package_once(self):
+        self.replace("apt-get", "true")
+        packages = self.run_script("install-deps", "boards", "kernel").stdout.split()
+        self.assertIn("qemu-system-arm", packages)
+        self.assertIn("libelf-dev", packages)
+        self.assertEqual(len(packages), len(set(packages)))
+
     def test_no_web_needs_no_npm(self):
         self.replace("apt-get", "true")
         self.assertIn(" npm", self.run_script("install-deps", "run").stdout)
         self.assertNotIn(" npm", self.run_script("install-deps", "run", "--no-web").stdout)
 
 
-class WithProgress(Scripts):
+class WithProgress(FakeMachine):
     def test_output_of_failure_only(self):
         self.assertEqual(self.run_script("with-progress", "x", "echo", "fine").stdout, "")
         done = self.run_script("with-progress", "x", "bash", "-c", "echo one; echo two; exit 7")
@@ -131,6 +110,14 @@ class WithProgress(Scripts):
     def test_counter(self):
         done = self.run_script("with-progress", "x", "bash", "-c", "echo '[3/4] unit'; sleep 11")
         self.assertRegex(done.stdout, r"^x: 3/4, 1\d s\n$")
+
+    def test_interrupt_is_silent(self):
+        started = self.folder / "started"
+        for number, status, message in ((signal.SIGINT, 130, ""), (signal.SIGTERM, 143, "Terminated\n")):  # bash's message
+            started.unlink(missing_ok=True)
+            with self.subTest(number):
+                done = self.interrupt("with-progress", "x", "bash", "-c", f"echo unit; touch {started}; sleep 30; echo end", after=started, number=number)
+                self.assertEqual(done, (status, "", message))
 
 
 if __name__ == "__main__":

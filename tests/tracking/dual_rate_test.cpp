@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iostream>
 
+#include "core/geometry/rotations.hpp"
 #include "core/tracking/dual_band/dual_rate.hpp"
 #include "tests/support/two_bands.hpp"
 
@@ -177,7 +178,8 @@ TEST(DualRate, QuaternionIsContinuousOverALoss) {
     DualRateEstimator estimator(data.high_model, data.low_model, params);
     const Vec3<double> position_m = data.truth.front().position_m;
     const auto turned = [&](double degrees) {
-        const Mat3<double> o = Eigen::AngleAxisd(-degrees * 0.0174532925, Vec3<double>::UnitZ()).toRotationMatrix();
+        const Vec3<double> turn = -degrees * 0.0174532925 * Vec3<double>::UnitZ();
+        const Mat3<double> o = geometry::rotation_vector_to_quaternion<double>(turn).toRotationMatrix();
         EXPECT_TRUE(estimator.add_low(field::signal_matrix(data.low_model, position_m, o)).ok());
         return estimator.add_high(field::signal_matrix(data.high_model, position_m, o));
     };
@@ -221,7 +223,7 @@ TEST(BandScalar, MovingSensorUsesTheRedundantPart) {
     for (int n = 0; n < 300; ++n) {
         const Vec3<double> disagreement = 1e-3 * vector();
         scalar.add_poses(20e-3 * vector() + kScalar * disagreement, disagreement, 1e-12);
-        const Eigen::Matrix<double, 3, 1> high = 1e-4 * vector();
+        const Vec3<double> high = 1e-4 * vector();
         scalar.add_redundant<3>(kScalar / (1 + kScalar) * high + 1e-6 * vector(), high, 1e-12, 0);
     }
     EXPECT_NEAR(scalar.value(), kScalar, 0.01);

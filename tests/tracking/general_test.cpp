@@ -14,7 +14,7 @@ field::GeneralDipole<double> wide_triad() {
     auto coils = field::GeneralDipole<double>::concentric(test::kCoupling);
     const double d = 0.045 / std::sqrt(2.0);
     coils.source_offset_m.diagonal().setConstant(d);
-    coils.source_offset_m.array() -= d / 3;
+    coils.source_offset_m -= Mat3<double>::Constant(d / 3);
     coils.sensor_offset_m.diagonal().setConstant(0.006);
     const double slant = std::sin(3 * 3.14159265358979 / 180);
     coils.source_moment(0, 1) = slant * test::kCoupling;

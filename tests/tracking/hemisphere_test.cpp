@@ -89,8 +89,8 @@ TEST(SetHemisphere, MirrorsTheWholeMotion) {
                 const auto e = filter.update(c);
                 if (e && told) {
                     const Vec3<double> d = e->position_m - motion.at(to_seconds(c.midpoint)).position_m;
-                    worst[flip ? 1 : 0] =
-                        std::max(worst[flip ? 1 : 0], std::sqrt(d.dot(e->covariance.topLeftCorner<3, 3>().ldlt().solve(d))));
+                    worst[flip ? 1 : 0] = std::max(
+                        worst[flip ? 1 : 0], std::sqrt(d.dot(Cholesky<double, 3>(e->covariance.topLeftCorner<3, 3>()).solve(d))));
                 }
             });
         }

@@ -24,7 +24,7 @@ protected:
     }
 
     MeanQuadratureParams params_;
-    Mat3<double> true_lag_s_{{-3e-5, 9e-5, 2e-5}, {-8e-5, -2.4e-5, 7e-5}, {-3e-5, -6e-5, -1.8e-5}};
+    Mat3<double> true_lag_s_ = (Mat3<double>() << -3e-5, 9e-5, 2e-5, -8e-5, -2.4e-5, 7e-5, -3e-5, -6e-5, -1.8e-5).finished();
     double time_s_ = 0;
     std::mt19937_64 random_{7};
     std::normal_distribution<double> noise_{0, kNoise};

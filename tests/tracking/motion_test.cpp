@@ -300,7 +300,7 @@ TEST(Everywhere, AFastSensorIsAcquired) {
     constexpr double kUntilS = 0.4;
     std::mt19937 random(3);
     std::normal_distribution<double> number;
-    const auto direction = [&] { return Vec3<double>(number(random), number(random), number(random)).normalized().eval(); };
+    const auto direction = [&] { return Vec3<double>(number(random), number(random), number(random)).normalized(); };
     for (const auto& motion_case : {std::pair{36.0, 0.0}, {70.0, 0.0}, {100.0, 0.0}, {0.0, 5.0}, {100.0, 5.0}}) {
         const double rate_rad_s = motion_case.first;
         const double speed_m_s = motion_case.second;
@@ -308,7 +308,8 @@ TEST(Everywhere, AFastSensorIsAcquired) {
         for (int n = 0; n < 20; ++n) {
             const Vec3<double> along = direction();
             const Vec3<double> aside = along.cross(direction()).normalized();
-            const Quat<double> attitude(Eigen::AngleAxisd(number(random), direction()));
+            const Vec3<double> axis = direction();
+            const Quat<double> attitude = geometry::rotation_vector_to_quaternion<double>(number(random) * axis);
             const test::RampMotion motion({0.75 * along - 0.1 * speed_m_s * aside, attitude}, speed_m_s * aside,
                                           rate_rad_s * direction());
             auto filter = test::scaat_filter<double>(test::scaat_params<double>(true, along));

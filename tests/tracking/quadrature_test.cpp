@@ -122,7 +122,7 @@ TEST_P(Quadrature, IsJudgedAfterTheCalibratedPhases) {
     signal.quadrature = 1e-3;
     EXPECT_EQ(play(GetParam(), rest_, signal).distorted, clean.poses);
     signal.quadrature = 0;
-    signal.calibration->phase_rad.colwise() = signal.phase_rad.rowwise().mean().eval();
+    signal.calibration->phase_rad.colwise() = signal.phase_rad.rowwise().mean();
     EXPECT_EQ(play(GetParam(), rest_, signal).distorted, clean.poses) << "one phase for each channel is not enough";
     signal.calibration->quadrature_floor = 1;
     EXPECT_EQ(play(GetParam(), rest_, signal).distorted, 0) << "the floor is unknown";

@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/tracking/relative_pose.hpp"
 
 namespace tricoil::tracking {
@@ -31,10 +32,14 @@ protected:
         }
         return root;
     }
+    /// L of L L^T.
+    static Mat6<double> factor(const Mat6<double>& covariance) {
+        return Eigen::Matrix<double, 6, 6>(eigen(covariance).llt().matrixL());
+    }
     Vec6<double> sample(const Mat6<double>& covariance) {
         Vec6<double> z;
         z << vector(1), vector(1);
-        return Eigen::LLT<Mat6<double>>(covariance).matrixL() * z;
+        return factor(covariance) * z;
     }
     static PoseEstimate<double> displaced(PoseEstimate<double> e, const Vec6<double>& error) {
         e.position_m += error.head<3>();
@@ -95,7 +100,7 @@ TEST_F(RelativePose, OfTheReferenceItselfIsZeroWithoutUncertainty) {
     const auto seen = relative_pose(reference, reference);
     EXPECT_LT(seen.position_m.norm(), 1e-15);
     EXPECT_LT(geometry::angle_between(seen.q_source_sensor, Quat<double>::Identity()), 1e-7);
-    EXPECT_TRUE(seen.covariance.isZero());
+    EXPECT_TRUE(seen.covariance.isZero(1e-12));
 }
 
 TEST_F(RelativePose, IsInvalidIfOneOfBothIs) {
@@ -128,11 +133,11 @@ TEST_F(RelativePose, InterpolationIsNeverTooSure) {
         EXPECT_FALSE(middle.valid());
         for (const double correlation : {-1.0, 0.0, 1.0}) {
             // Covariance of the position for errors L1 z and L2 z', z' = correlation z + ...
-            const Mat6<double> first = Eigen::LLT<Mat6<double>>(before.covariance).matrixL();
-            const Mat6<double> second = Eigen::LLT<Mat6<double>>(after.covariance).matrixL();
+            const Mat6<double> first = factor(before.covariance);
+            const Mat6<double> second = factor(after.covariance);
             const Mat6<double> cross = 0.75 * 0.25 * correlation * first * second.transpose();
             const Mat6<double> exact = 0.5625 * before.covariance + 0.0625 * after.covariance + cross + cross.transpose();
-            const Eigen::SelfAdjointEigenSolver<Mat6<double>> margin(middle.covariance - exact);
+            const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> margin(eigen(middle.covariance - exact));
             EXPECT_GT(margin.eigenvalues().minCoeff(), -1e-12);
         }
     }

@@ -3,6 +3,8 @@
 
 #include <random>
 
+#include "core/linear/cholesky.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/tracking/scaat/acquisition.hpp"
 #include "core/tracking/scaat/column_update.hpp"
 #include "core/tracking/scaat/propagate.hpp"
@@ -77,7 +79,7 @@ TEST(Innovation, JacobianEqualsNumericDifferentiation) {
             for (int j = 0; j < 3; ++j) {
                 const Vec3<double> z(0.01, 0.02, 0.03);
                 const auto here = innovation<double>(kModel, state, state, j, z, late);
-                Eigen::Matrix<double, 3, 12> h;
+                Matrix<double, 3, 12> h;
                 h << here.h, -late * here.h;
                 for (int i = 0; i < kErrorStates; ++i) {
                     const double step = 1e-6;
@@ -104,10 +106,10 @@ TEST(Update, EqualsTheInformationForm) {
     auto y = innovation<double>(kModel, state, state, 1, {0.02, 0.01, 0}, 0);
     y.set_noise(r);
     ASSERT_TRUE(y.ok);
-    Eigen::Matrix<double, 3, 12> h = Eigen::Matrix<double, 3, 12>::Zero();
+    Matrix<double, 3, 12> h = Matrix<double, 3, 12>::Zero();
     h.leftCols<6>() = y.h;
     apply(state, y);
-    const Mat12<double> information = before.inverse() + h.transpose() * r.cwiseInverse().asDiagonal() * h;
+    const Mat12<double> information = Mat12<double>(eigen(before).inverse()) + h.transpose() * r.cwiseInverse().asDiagonal() * h;
     EXPECT_LT((state.covariance * information - Mat12<double>::Identity()).cwiseAbs().maxCoeff(), 1e-6);
     EXPECT_EQ((state.covariance - state.covariance.transpose()).cwiseAbs().maxCoeff(), 0);
 }
@@ -129,8 +131,8 @@ TEST(Update, FloatKeepsTheCovariancePositiveDefinite) {
         const auto y = column_innovation<float>(model, state, state, column, {});
         ASSERT_TRUE(y.ok) << n;
         apply(state, y);
-        const Eigen::LLT<Mat12<double>> llt(state.covariance.cast<double>());
-        ASSERT_EQ(llt.info(), Eigen::Success) << "column " << n;
+        const Cholesky<double, 12> factor(state.covariance.cast<double>());
+        ASSERT_TRUE(factor.ok()) << "column " << n;
     }
 }
 

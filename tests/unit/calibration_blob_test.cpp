@@ -62,7 +62,7 @@ Calibration<double> sample_near_metal(std::size_t dipoles) {
 
 /// Rounded to the numbers that a blob stores.
 template <typename Derived>
-auto single(const Eigen::MatrixBase<Derived>& matrix) {
+auto single(const Dense<Derived>& matrix) {
     return matrix.template cast<float>().template cast<double>();
 }
 

@@ -70,7 +70,7 @@ CoilWorld configured(const WorldParams& params, const Motion& motion, const sign
 }
 
 /// Standard deviation of one entry of the columns of S1, in phase and in quadrature.
-std::array<double, 2> spread(const std::vector<Column<double>>& columns, Eigen::Index entry) {
+std::array<double, 2> spread(const std::vector<Column<double>>& columns, Index entry) {
     std::array<double, 2> sum{};
     std::array<double, 2> squares{};
     double count = 0;
@@ -100,7 +100,7 @@ TEST(ColumnWorld, NoiseEqualsThatOfDemodulatedSamples) {
         const auto expected = from_samples(world, plan, blocks);
         const auto columns = direct(world, plan, blocks);
         ASSERT_EQ(columns.size(), expected.size());
-        for (Eigen::Index entry = 0; entry < 3; ++entry) {
+        for (Index entry = 0; entry < 3; ++entry) {
             const auto true_spread = spread(expected, entry);
             const auto computed_spread = spread(columns, entry);
             EXPECT_NEAR(computed_spread[0], true_spread[0], 0.08 * true_spread[0]) << entry;

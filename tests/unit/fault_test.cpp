@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "board/support/errors.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::sim {
 namespace {

@@ -4,6 +4,7 @@
 #include <array>
 #include <numbers>
 
+#include "core/linear/eigen.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::field {
@@ -11,7 +12,7 @@ namespace {
 
 TEST(ConcentricDipole, EqualsEquation4OnTheLineOfSight) {
     const Mat3<double> x = signal_matrix<double>(1.0, {0.5, 0, 0}, Mat3<double>::Identity());
-    EXPECT_TRUE(x.isApprox(8.0 * Vec3<double>(1, -0.5, -0.5).asDiagonal().toDenseMatrix(), 1e-14));
+    EXPECT_TRUE(x.isApprox(8.0 * Mat3<double>(Vec3<double>(1, -0.5, -0.5).asDiagonal()), 1e-14));
 }
 
 TEST(ConcentricDipole, EqualsTheRotationsOfEquation6) {
@@ -31,21 +32,21 @@ TEST(ConcentricDipole, SingularValuesAndHandednessOfADipole) {
     test::RandomPoses random(4);
     for (int i = 0; i < 100; ++i) {
         const Mat3<double> x = test::unit_signal(0.5 * random.direction(), random.attitude());
-        EXPECT_TRUE(x.jacobiSvd().singularValues().isApprox(Vec3<double>(8, 4, 4), 1e-12));
+        EXPECT_TRUE(eigen(x).jacobiSvd().singularValues().isApprox(eigen(Vec3<double>(8, 4, 4)), 1e-12));
         EXPECT_GT(x.determinant(), 0);
     }
 }
 
 /// Fourth-order central differences: independent of the analytic derivation.
-Eigen::Matrix<double, 9, 6> numeric_jacobian(const Vec3<double>& p, const Quat<double>& q) {
+Matrix<double, 9, 6> numeric_jacobian(const Vec3<double>& p, const Quat<double>& q) {
     constexpr double kStep = 1e-3;
-    const auto at = [&](const Eigen::Matrix<double, 6, 1>& d) -> Eigen::Matrix<double, 9, 1> {
+    const auto at = [&](const Vec6<double>& d) -> Matrix<double, 9, 1> {
         const Quat<double> turned = geometry::rotation_vector_to_quaternion<double>(d.tail<3>()) * q;
         return test::unit_signal(p + d.head<3>(), turned).reshaped();
     };
-    Eigen::Matrix<double, 9, 6> jacobian;
+    Matrix<double, 9, 6> jacobian;
     for (int i = 0; i < 6; ++i) {
-        const Eigen::Matrix<double, 6, 1> d = kStep * Eigen::Matrix<double, 6, 1>::Unit(i);
+        const Vec6<double> d = kStep * Vec6<double>::Unit(i);
         jacobian.col(i) = (8 * (at(d) - at(-d)) - (at(2 * d) - at(-2 * d))) / (12 * kStep);
     }
     return jacobian;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/field/induced_field.hpp"
+#include "core/geometry/rotations.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::field {
@@ -46,14 +47,14 @@ bool is_near_dipole(const Model& model, const Vec3<double>& p) {
                        [&](const InducedDipole<double>& dipole) { return (dipole.position_m - p).norm() < 0.1; });
 }
 
-Eigen::Matrix<double, 9, 6> numeric_jacobian(const Model& model, const Vec3<double>& p, const Quat<double>& q) {
+Matrix<double, 9, 6> numeric_jacobian(const Model& model, const Vec3<double>& p, const Quat<double>& q) {
     constexpr double kStep = 5e-4;
-    const auto at = [&](const Vec6<double>& d) -> Eigen::Matrix<double, 9, 1> {
+    const auto at = [&](const Vec6<double>& d) -> Matrix<double, 9, 1> {
         const Quat<double> turned = geometry::rotation_vector_to_quaternion<double>(d.tail<3>()) * q;
         const Vec3<double> moved = p + d.head<3>();
         return signal_matrix(model, moved, geometry::attitude_matrix(turned)).reshaped();
     };
-    Eigen::Matrix<double, 9, 6> jacobian;
+    Matrix<double, 9, 6> jacobian;
     for (int i = 0; i < 6; ++i) {
         const Vec6<double> d = kStep * Vec6<double>::Unit(i);
         jacobian.col(i) = (8 * (at(d) - at(-d)) - (at(2 * d) - at(-2 * d))) / (12 * kStep);

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/geometry/angles.hpp"
+#include "core/linear/eigen.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::geometry {
@@ -67,7 +68,7 @@ TEST(SmallRotations, ExponentialAndLogarithmAreInverseAtAllSizes) {
         const Quat<double> q = rotation_vector_to_quaternion(r);
         EXPECT_NEAR(q.norm(), 1, 1e-12) << angle;
         EXPECT_TRUE((quaternion_to_rotation_vector(q) - r).norm() < 1e-12) << angle;
-        const Mat3<double> exact = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+        const Mat3<double> exact = Eigen::AngleAxisd(angle, eigen(axis)).toRotationMatrix();
         EXPECT_TRUE(q.toRotationMatrix().isApprox(exact, 1e-12)) << angle;
     }
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/field/concentric_dipole.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
 #include "core/solver/previous_measurement.hpp"
@@ -53,13 +54,13 @@ TYPED_TEST(HostileMatrix, DirectIsFiniteOrRefuses) {
     for (const auto& x : this->matrices()) {
         const auto s = solve_direct<TypeParam>(x, 1);
         if (s.ok()) {
-            EXPECT_TRUE(s->direction.allFinite() && s->attitude.allFinite() && std::isfinite(s->range_m)) << x;
-            EXPECT_NEAR(static_cast<double>(s->direction.norm()), 1, 1e-3) << x;
+            EXPECT_TRUE(s->direction.allFinite() && s->attitude.allFinite() && std::isfinite(s->range_m)) << eigen(x);
+            EXPECT_NEAR(static_cast<double>(s->direction.norm()), 1, 1e-3) << eigen(x);
         } else {
             EXPECT_NE(s.status().message(), nullptr);
         }
         if (!x.allFinite()) {
-            EXPECT_EQ(s.status().code(), StatusCode::not_finite) << x;
+            EXPECT_EQ(s.status().code(), StatusCode::not_finite) << eigen(x);
         }
     }
     EXPECT_EQ(solve_direct<TypeParam>(Mat3<TypeParam>::Zero(), 1).status().code(), StatusCode::degenerate);
@@ -69,15 +70,17 @@ TYPED_TEST(HostileMatrix, PreviousMeasurementIsFiniteOrRefuses) {
     for (const auto& x : this->matrices()) {
         const auto vectors = step_vectors<TypeParam>(x, 1, VectorPose<TypeParam>{}, 2);
         if (vectors.ok()) {
-            EXPECT_TRUE(vectors->direction.allFinite() && vectors->attitude.allFinite() && std::isfinite(vectors->range_m)) << x;
+            EXPECT_TRUE(vectors->direction.allFinite() && vectors->attitude.allFinite() && std::isfinite(vectors->range_m))
+                << eigen(x);
         }
         const auto angles = step_angles<TypeParam>(x, 1, AnglePose<TypeParam>{{1, 0, 0}, {0, 0, 0}}, 2);
         if (angles.ok()) {
-            EXPECT_TRUE(std::isfinite(angles->position.range_m + angles->position.azimuth_rad + angles->attitude.roll_rad)) << x;
+            EXPECT_TRUE(std::isfinite(angles->position.range_m + angles->position.azimuth_rad + angles->attitude.roll_rad))
+                << eigen(x);
         }
         if (!x.allFinite()) {
-            EXPECT_EQ(vectors.status().code(), StatusCode::not_finite) << x;
-            EXPECT_EQ(angles.status().code(), StatusCode::not_finite) << x;
+            EXPECT_EQ(vectors.status().code(), StatusCode::not_finite) << eigen(x);
+            EXPECT_EQ(angles.status().code(), StatusCode::not_finite) << eigen(x);
         }
     }
     const Mat3<TypeParam> zero = Mat3<TypeParam>::Zero();
@@ -106,15 +109,15 @@ TYPED_TEST(HostileMatrix, RefinementIsFiniteOrDoesNotConverge) {
     for (const auto& x : this->matrices()) {
         const auto refined = refine<Scalar>(model, x, Mat3<Scalar>::Ones(), start);
         if (refined.ok() && refined->converged()) {
-            EXPECT_TRUE(is_finite(refined->pose) && refined->covariance.allFinite()) << x;
+            EXPECT_TRUE(is_finite(refined->pose) && refined->covariance.allFinite()) << eigen(x);
         }
         const auto cold = solve_cold<Scalar>(model, x, Mat3<Scalar>::Ones());
         if (cold.ok() && cold->refinement.converged()) {
-            EXPECT_TRUE(is_finite(cold->refinement.pose)) << x;
+            EXPECT_TRUE(is_finite(cold->refinement.pose)) << eigen(x);
         }
         if (!x.allFinite()) {
-            EXPECT_EQ(refined.status().code(), StatusCode::not_finite) << x;
-            EXPECT_EQ(cold.status().code(), StatusCode::not_finite) << x;
+            EXPECT_EQ(refined.status().code(), StatusCode::not_finite) << eigen(x);
+            EXPECT_EQ(cold.status().code(), StatusCode::not_finite) << eigen(x);
         }
     }
 }
@@ -140,7 +143,7 @@ TYPED_TEST(HostileMatrix, FilterIsFiniteOrFlags) {
         if (valid) {
             ASSERT_TRUE(estimate->position_m.allFinite() && estimate->q_source_sensor.coeffs().allFinite() &&
                         estimate->covariance.allFinite())
-                << x;
+                << eigen(x);
         }
     };
     for (const auto& x : this->matrices()) {
@@ -150,7 +153,7 @@ TYPED_TEST(HostileMatrix, FilterIsFiniteOrFlags) {
         for (int column = 0; column < 120; ++column) {
             tell(this->scaled(1));
         }
-        ASSERT_TRUE(valid) << x;
+        ASSERT_TRUE(valid) << eigen(x);
     }
 }
 

@@ -5,6 +5,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/sim_input/trajectory_file.hpp"
+#include "core/geometry/rotations.hpp"
 #include "sim/motion/recorded_motion.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "sim/motion/zero_phase_filter.hpp"
@@ -18,7 +19,8 @@ constexpr double kPi = std::numbers::pi;
 
 TEST(CubicSpline, PassesThroughItsPointsAndHoldsItsEnds) {
     using Spline = CubicSpline<1>;
-    const Spline spline({0.0, 0.5, 2.0, 2.5}, {Spline::Point(1), Spline::Point(-1), Spline::Point(3), Spline::Point(0)});
+    const Spline spline({0.0, 0.5, 2.0, 2.5}, {Spline::Point::Constant(1), Spline::Point::Constant(-1),
+                                               Spline::Point::Constant(3), Spline::Point::Constant(0)});
     EXPECT_NEAR(spline.at(0.5)(0), -1, 1e-14);
     EXPECT_NEAR(spline.at(2.0)(0), 3, 1e-14);
     EXPECT_NEAR(spline.at(-9)(0), 1, 1e-14);
@@ -31,7 +33,7 @@ TEST(CubicSpline, FollowsASmoothCurve) {
     Spline::Points points;
     for (int i = 0; i <= 100; ++i) {
         times.push_back(0.01 * i * (1 + 0.001 * i));  // not uniform
-        points.push_back(Spline::Point(std::sin(2 * kPi * times.back())));
+        points.push_back(Spline::Point::Constant(std::sin(2 * kPi * times.back())));
     }
     const Spline spline(times, points);
     for (double t = 0.1; t < 0.95; t += 0.0037) {
@@ -52,7 +54,7 @@ TEST(ZeroPhaseFilter, KeepsSlowSignalsInPlaceAndRemovesFastOnes) {
 
 TEST(PivotMotion, KeepsTheTipAtRestAndTiltsAllAxes) {
     PivotParams params;
-    params.q_mean = Quat<double>(Eigen::AngleAxisd(1, Vec3<double>(1, 2, 3).normalized()));
+    params.q_mean = geometry::rotation_vector_to_quaternion<double>(Vec3<double>(1, 2, 3).normalized());
     const PivotMotion motion(params);
     Vec3<double> largest = Vec3<double>::Zero();
     for (double t = 0; t < 20; t += 0.1) {

@@ -1,3 +1,4 @@
+#include "core/geometry/rotations.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 
 #include <gtest/gtest.h>
@@ -233,7 +234,7 @@ TEST_F(TrackerTest, QuaternionSignsAreContinuous) {
         double least = 1;
         for (int n = 0; n < 900; ++n) {
             const double angle = 4 * 3.14159265358979 * n / 300;
-            const Quat<double> q(Eigen::AngleAxisd(angle, Vec3<double>::Unit(n / 300)));
+            const Quat<double> q = geometry::rotation_vector_to_quaternion<double>(angle * Vec3<double>::Unit(n / 300));
             if (const auto estimate = tracker.update(column(test::unit_signal(position_, q), n % 3))) {
                 least = std::min(least, estimate->q_source_sensor.dot(last));
                 last = estimate->q_source_sensor;

@@ -23,7 +23,7 @@ std::vector<sim::Pose> grid(int nodes, double spacing_m, std::mt19937_64& random
     std::vector<sim::Pose> poses;
     for (int n = 0; n < nodes * nodes * nodes; ++n) {
         const Vec3<double> node = Vec3<int>(n % nodes, n / nodes % nodes, n / (nodes * nodes)).cast<double>();
-        const Vec3<double> from_middle = (node.array() - 0.5 * (nodes - 1)).matrix();
+        const Vec3<double> from_middle = node - Vec3<double>::Constant(0.5 * (nodes - 1));
         poses.push_back({Vec3<double>(0.45, 0, 0.05) + spacing_m * from_middle, test::random_attitude(random)});
     }
     return poses;

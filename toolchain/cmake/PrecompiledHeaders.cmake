@@ -4,15 +4,14 @@
 # Presets that check includes (host-debug, host-clang) leave TRICOIL_PRECOMPILE off.
 option(TRICOIL_PRECOMPILE "Precompile the headers of libraries" OFF)
 
-set(TRICOIL_CORE_HEADERS <Eigen/Dense>)  # that core's headers include
-set(TRICOIL_LIGHT_HEADERS ${TRICOIL_CORE_HEADERS} <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <fmt/format.h> <fstream>
+set(TRICOIL_LIGHT_HEADERS <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <fmt/format.h> <fstream>
   <functional> <map> <memory> <mutex> <numbers> <optional> <random> <span> <sstream> <string> <thread> <vector>)
 
 # tricoil_precompile(NAME LIBRARIES ... HEADERS ...): declares a library NAME; tricoil_use_precompiled() reuses its headers.
 function(tricoil_precompile name)
   cmake_parse_arguments(ARG "" "" "LIBRARIES;HEADERS" ${ARGN})
   if(TRICOIL_PRECOMPILE AND NOT TARGET ${name})
-    file(WRITE ${CMAKE_BINARY_DIR}/${name}.cpp "")
+    file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/${name}.cpp CONTENT "")  # not written again, which would compile it again
     add_library(${name} STATIC ${CMAKE_BINARY_DIR}/${name}.cpp)
     target_compile_features(${name} PRIVATE cxx_std_20)
     target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} tricoil_options)

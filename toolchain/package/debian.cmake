@@ -39,7 +39,7 @@ tricoil_debian_package(dev libtricoil-dev libdevel "AC electromagnetic tracker: 
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${library_package} (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "libeigen3-dev, libfmt-dev, libtomlplusplus-dev, nlohmann-json3-dev, libusb-1.0-0-dev, libgpiod-dev")
 
-if(TRICOIL_PYTHON_PACKAGE)
+if(TARGET tricoil_python)
   find_package(Python3 REQUIRED COMPONENTS Interpreter)
   math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")
   set(python "${Python3_VERSION_MAJOR}.")

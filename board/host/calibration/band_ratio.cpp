@@ -49,7 +49,8 @@ void BandRatio::Regression::add(int j, const Vec3<double>& high, const Vec3<doub
 
 Mat3<double> BandRatio::Regression::sigma() const {
     const Mat3<double> residual = (low_low - slope().cwiseProduct(low_high)).cwiseMax(0);
-    const Mat3<double> freedom = (count.transpose().array() - 1).replicate<3, 1>().matrix();
+    Mat3<double> freedom;
+    freedom.rowwise() = count - Vec3<double>::Ones();
     return residual.cwiseQuotient(freedom.cwiseProduct(high_high)).cwiseSqrt();
 }
 

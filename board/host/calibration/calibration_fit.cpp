@@ -64,7 +64,7 @@ private:
         }
         if (options_.fixtures == FixtureModel::named) {
             check_names();
-            std::fill(jig_start_.begin(), jig_start_.end(), (fixtures_.named[0].transpose() * mount_start_[0]).eval());
+            std::fill(jig_start_.begin(), jig_start_.end(), fixtures_.named[0].transpose() * mount_start_[0]);
         } else {
             jig_start_ = mount_start_;
         }
@@ -111,7 +111,7 @@ private:
 
     static void set_translation(RigidBlock& block, const Vec3<double>& translation_m) {
         for (std::size_t k = 0; k < 3; ++k) {
-            block[k] = translation_m(static_cast<Eigen::Index>(k)) / kLengthUnit_m;
+            block[k] = translation_m(static_cast<Index>(k)) / kLengthUnit_m;
         }
     }
 

@@ -12,9 +12,9 @@ using signal::ConverterErrors;
 template <typename Measured>
 void correct(std::vector<Measured>& all, const ConverterErrors& errors) {
     for (Measured& measured : all) {
-        for (Eigen::Index k = 0; has_known_levels(measured) && k < 9; ++k) {
-            const Eigen::Index i = k / 3;
-            const Eigen::Index j = k % 3;
+        for (Index k = 0; has_known_levels(measured) && k < 9; ++k) {
+            const Index i = k / 3;
+            const Index j = k % 3;
             const auto factor = static_cast<double>(errors.correction(static_cast<std::size_t>(measured.levels->gain_step),
                                                                       static_cast<std::size_t>(i),
                                                                       static_cast<float>(measured.levels->share(i, j)), true));

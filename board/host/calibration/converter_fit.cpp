@@ -13,6 +13,7 @@
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -42,14 +43,14 @@ constexpr std::size_t kCodesPerJump = 128;
 
 /// Parameters of the least squares: changes of gains and angles, D = (I + L) X (I + R), in rows of L, then R; gain steps
 /// [step][coil]; jumps [coil][n].
-constexpr Eigen::Index kCoils = 18;
-constexpr Eigen::Index kGains = kCoils;
-constexpr auto kJumps = static_cast<Eigen::Index>(kGains + signal::kMaxGainSteps * kSensorCoils);
-constexpr auto kUnknowns = static_cast<Eigen::Index>(kJumps + kSensorCoils * ConverterErrors::kJumps);
+constexpr Index kCoils = 18;
+constexpr Index kGains = kCoils;
+constexpr auto kJumps = static_cast<Index>(kGains + signal::kMaxGainSteps * kSensorCoils);
+constexpr auto kUnknowns = static_cast<Index>(kJumps + kSensorCoils * ConverterErrors::kJumps);
 
-Eigen::Index gain_index(int step, Eigen::Index coil) { return kGains + kSensorCoils * step + coil; }
-Eigen::Index jump_index(Eigen::Index coil, std::size_t n) {
-    return kJumps + static_cast<Eigen::Index>(ConverterErrors::kJumps) * coil + static_cast<Eigen::Index>(n);
+Index gain_index(int step, Index coil) { return kGains + kSensorCoils * step + coil; }
+Index jump_index(Index coil, std::size_t n) {
+    return kJumps + static_cast<Index>(ConverterErrors::kJumps) * coil + static_cast<Index>(n);
 }
 
 /// Expected size of jump n. The capacitor of bit b has an error in proportion to the root of its size, and the jump has the
@@ -66,13 +67,13 @@ struct Equation {
     double largest = 0;  // amplitude of the largest coupling of the pose
 };
 
-Equation equation_of(const MeasuredPose& pose, const Mat3<double>& model, Eigen::Index i, Eigen::Index j) {
+Equation equation_of(const MeasuredPose& pose, const Mat3<double>& model, Index i, Index j) {
     Equation equation;
     const SignalLevels& levels = *pose.levels;
     const double amplitude = levels.share(i, j);
     const double per_coupling = amplitude / std::abs(pose.x(i, j));
-    equation.row.segment<3>(3 * i) = per_coupling * model.col(j);
-    for (Eigen::Index k = 0; k < kSourceCoils; ++k) {
+    equation.row.segment<3>(3 * i) = eigen(per_coupling * model.col(j));
+    for (Index k = 0; k < kSourceCoils; ++k) {
         equation.row(9 + 3 * k + j) = per_coupling * model(i, k);
     }
     equation.row(gain_index(levels.gain_step, i)) = per_coupling * model(i, j);
@@ -103,7 +104,7 @@ std::vector<Equation> equations_of(std::vector<PoseFile> files, const Calibratio
             const Mat3<double> model = field::signal_matrix<double>(fit.model, at.position_m, o) +
                                        fit.model.sensor_sensitivity.transpose() * o * fit.stage_errors.stray;
             const double faintest = kFaintest * pose.x.cwiseAbs().maxCoeff();
-            for (Eigen::Index k = 0; k < 9; ++k) {
+            for (Index k = 0; k < 9; ++k) {
                 if (pose.levels->share(k / 3, k % 3) > kFaintest && std::abs(pose.x(k / 3, k % 3)) > faintest) {
                     equations.push_back(equation_of(pose, model, k / 3, k % 3));
                 }
@@ -117,7 +118,7 @@ Eigen::VectorXd expected_sizes() {
     Eigen::VectorXd expected(kUnknowns);
     expected.head(kCoils).setConstant(kCoilError);
     expected.segment(kGains, kJumps - kGains).setConstant(kGainError);
-    for (Eigen::Index coil = 0; coil < kSensorCoils; ++coil) {
+    for (Index coil = 0; coil < kSensorCoils; ++coil) {
         for (std::size_t n = 0; n < ConverterErrors::kJumps; ++n) {
             expected(jump_index(coil, n)) = expected_jump(n);
         }
@@ -155,7 +156,7 @@ std::int8_t rounded(double value, float unit) {
 ConverterErrors rounded(const Eigen::VectorXd& solution) {
     ConverterErrors errors;
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-        const auto row = static_cast<Eigen::Index>(coil);
+        const auto row = static_cast<Index>(coil);
         for (std::size_t n = 0; n < ConverterErrors::kJumps; ++n) {
             errors.jump[coil][n] = rounded(solution(jump_index(row, n)), ConverterErrors::kJumpUnit);
         }
@@ -191,7 +192,7 @@ template <typename Visit>
 void for_each_coupling(const std::vector<PoseFile>& files, const Visit& visit) {
     for (const PoseFile& file : files) {
         for (const MeasuredPose& pose : file.poses) {
-            for (Eigen::Index k = 0; k < 9; ++k) {
+            for (Index k = 0; k < 9; ++k) {
                 visit(pose, k / 3, k % 3);
             }
         }
@@ -224,7 +225,7 @@ double non_linearity(const std::vector<PoseFile>& files, const ConverterErrors& 
     std::array<double, kSensorCoils> squares{};
     std::array<double, kSensorCoils> products{};
     std::array<double, kSensorCoils> powers{};
-    for_each_coupling(files, [&](const MeasuredPose& pose, Eigen::Index i, Eigen::Index j) {
+    for_each_coupling(files, [&](const MeasuredPose& pose, Index i, Index j) {
         const auto coil = static_cast<std::size_t>(i);
         const auto amplitude = static_cast<float>(pose.levels->share(i, j));
         const float error = errors.amplitude_error(coil, amplitude);
@@ -242,7 +243,7 @@ double non_linearity(const std::vector<PoseFile>& files, const ConverterErrors& 
 /// RMS of the errors of the gain steps over all couplings.
 double gain_error(const std::vector<PoseFile>& files, const ConverterErrors& errors) {
     double squares = 0;
-    for_each_coupling(files, [&](const MeasuredPose& pose, Eigen::Index i, Eigen::Index) {
+    for_each_coupling(files, [&](const MeasuredPose& pose, Index i, Index) {
         squares += squared(errors.gain_error(static_cast<std::size_t>(pose.levels->gain_step), static_cast<std::size_t>(i)));
     });
     return std::sqrt(squares / static_cast<double>(9 * count_poses(files)));

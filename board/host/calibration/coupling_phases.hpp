@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/calibration/coil_correction.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

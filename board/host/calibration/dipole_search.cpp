@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "board/support/dense_algebra.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -21,7 +22,7 @@ void project(LinearisedPose& pose) {
     const Eigen::MatrixXd inverse = inverse_of_definite(pose.own.transpose() * pose.own);
     const Eigen::Matrix<double, 9, 9> rest = Eigen::Matrix<double, 9, 9>::Identity() - pose.own * inverse * pose.own.transpose();
     pose.residual = rest * pose.residual;
-    pose.weight = rest * pose.weight;
+    pose.weight = rest * eigen(pose.weight);
     pose.nuisance = rest * pose.nuisance;
 }
 
@@ -32,14 +33,14 @@ struct Trial {
 };
 
 Trial fit_at(const field::GeneralDipole<double>& coils, const std::vector<LinearisedPose>& poses, const Vec3<double>& place_m) {
-    const Eigen::Index shared = poses.front().nuisance.cols();
+    const Index shared = poses.front().nuisance.cols();
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(kPolarisability + shared, kPolarisability + shared);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(kPolarisability + shared);
     Eigen::Matrix<double, 9, Eigen::Dynamic> jacobian(9, kPolarisability + shared);
     for (const LinearisedPose& pose : poses) {
         const Mat3<double> o = pose.pose.q_source_sensor.toRotationMatrix().transpose();
         const auto by_dipole = dipole_derivatives(coils, {place_m, Mat3<double>::Zero()}, pose.pose.position_m, o);
-        jacobian.leftCols<kPolarisability>() = pose.weight * by_dipole.rightCols<kPolarisability>();
+        jacobian.leftCols<kPolarisability>() = eigen(pose.weight * by_dipole.rightCols<kPolarisability>());
         jacobian.rightCols(shared) = pose.nuisance;
         normal += jacobian.transpose() * jacobian;
         right -= jacobian.transpose() * pose.residual;
@@ -73,8 +74,8 @@ DipoleBlock best_dipole(const field::GeneralDipole<double>& coils, std::vector<L
     };
     DipoleBlock best{};
     double explained = -1;
-    const Vec3<double> first = least.array() - reach_m;
-    const Eigen::Vector3i steps = ((most - least).array() / step_m + 2 * kSteps).ceil().cast<int>();
+    const Vec3<double> first = least - Vec3<double>::Constant(reach_m);
+    const auto steps = ((most - least) / step_m).unaryExpr([](double n) { return static_cast<int>(std::ceil(n + 2 * kSteps)); });
     for (int x = 0; x <= steps.x(); ++x) {
         for (int y = 0; y <= steps.y(); ++y) {
             for (int z = 0; z <= steps.z(); ++z) {
@@ -85,7 +86,7 @@ DipoleBlock best_dipole(const field::GeneralDipole<double>& coils, std::vector<L
                 const Trial trial = fit_at(coils, poses, place_m);
                 if (trial.explained > explained) {
                     explained = trial.explained;
-                    Eigen::Map<Vec3<double>>{best.data()} = place_m / kLengthUnit_m;
+                    copy_rows(place_m / kLengthUnit_m, best.data());
                     Eigen::Map<Eigen::Matrix<double, kPolarisability, 1>>{best.data() + 3} = trial.polarisability;
                 }
             }

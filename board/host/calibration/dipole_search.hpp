@@ -12,7 +12,7 @@ namespace tricoil::host {
 /// Linearised fit at the present solution.
 struct LinearisedPose {
     solver::RigidPose<double> pose;
-    Eigen::Matrix<double, 9, 9> weight;
+    Matrix<double, 9, 9> weight;
     Eigen::Matrix<double, 9, 1> residual;               // weighted
     Eigen::Matrix<double, 9, Eigen::Dynamic> nuisance;  // weighted; of unknowns that all poses share
     Eigen::Matrix<double, 9, Eigen::Dynamic> own;       // weighted; of unknowns of this pose

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "board/support/dense_algebra.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -22,7 +23,7 @@ double rms(const Eigen::MatrixXd& rows) { return std::sqrt(rows.squaredNorm() / 
 /// All 20 monomials of the centred position with total degree 0 to 3.
 Eigen::RowVectorXd monomials(const Vec3<double>& p) {
     Eigen::RowVectorXd row(20);
-    Eigen::Index at = 0;
+    Index at = 0;
     for (int a = 0; a <= 3; ++a) {
         for (int b = 0; a + b <= 3; ++b) {
             for (int c = 0; a + b + c <= 3; ++c) {
@@ -39,10 +40,10 @@ Eigen::MatrixXd explained(const Eigen::MatrixXd& features, const Eigen::MatrixXd
 }
 
 void split_error(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files, ErrorReport& report) {
-    const auto n = static_cast<Eigen::Index>(errors.size());
+    const auto n = static_cast<Index>(errors.size());
     Eigen::MatrixXd error(n, 3);
     Eigen::MatrixXd position(n, 20);
-    Eigen::MatrixXd attitude = Eigen::MatrixXd::Zero(n, 9 * static_cast<Eigen::Index>(files.size()));
+    Eigen::MatrixXd attitude = Eigen::MatrixXd::Zero(n, 9 * static_cast<Index>(files.size()));
     Vec3<double> centre = Vec3<double>::Zero();
     for (const EvaluatedPose& e : errors) {
         centre += e.truth_m / static_cast<double>(n);
@@ -50,11 +51,11 @@ void split_error(const std::vector<EvaluatedPose>& errors, const std::vector<Pos
     std::size_t at = 0;
     for (std::size_t f = 0; f < files.size(); ++f) {
         for (const MeasuredPose& pose : files[f].poses) {
-            const auto row = static_cast<Eigen::Index>(at);
+            const auto row = static_cast<Index>(at);
             const EvaluatedPose& e = errors[at++];
-            error.row(row) = e.error_m.transpose();
+            error.row(row) = eigen(e.error_m).transpose();
             position.row(row) = monomials(10 * (e.truth_m - centre));
-            attitude.row(row).segment(9 * static_cast<Eigen::Index>(f), 9) = pose.stage_rotation.reshaped().transpose();
+            attitude.row(row).segment(9 * static_cast<Index>(f), 9) = eigen(pose.stage_rotation).reshaped().transpose();
         }
     }
     const Eigen::MatrixXd smooth = explained(position, error);

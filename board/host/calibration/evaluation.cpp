@@ -15,6 +15,7 @@
 #include "board/support/errors.hpp"
 #include "core/calibration/coil_correction.hpp"
 #include "core/geometry/angles.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
 
@@ -138,14 +139,14 @@ void fit_output_correction(CalibrationFile& calibration, const std::vector<Evalu
     Eigen::MatrixXd features(errors.size(), 4);
     Eigen::MatrixXd wanted(errors.size(), 3);
     for (std::size_t i = 0; i < errors.size(); ++i) {
-        const auto row = static_cast<Eigen::Index>(i);
+        const auto row = static_cast<Index>(i);
         const double weight = sizes[i] < limit && errors[i].converged ? 1 : 0;
         const Vec3<double> measured = errors[i].truth_m + errors[i].error_m;
-        features.row(row) << weight * measured.transpose(), weight;
-        wanted.row(row) = -weight * errors[i].error_m.transpose();
+        features.row(row) << weight * eigen(measured).transpose(), weight;
+        wanted.row(row) = -weight * eigen(errors[i].error_m).transpose();
     }
     const Eigen::MatrixXd solution = least_squares(features, wanted);
-    calibration.calibration.output_linear = Mat3<double>::Identity() + solution.topRows<3>().transpose();
+    calibration.calibration.output_linear = Mat3<double>::Identity() + Mat3<double>(solution.topRows<3>().transpose());
     calibration.calibration.output_offset_m = solution.row(3).transpose();
 }
 
@@ -153,37 +154,37 @@ namespace {
 
 /// One Gauss-Newton step that changes the transforms of all fixtures, and a free scale, so that the pose errors decrease.
 void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<EvaluatedPose>& errors) {
-    std::map<std::string, Eigen::Index> column;
+    std::map<std::string, Index> column;
     for (const PoseFile& file : files) {
-        column.try_emplace("source " + source_fixture_name(file), 6 * static_cast<Eigen::Index>(column.size()));
-        column.try_emplace("mount " + sensor_fixture_name(file), 6 * static_cast<Eigen::Index>(column.size()));
+        column.try_emplace("source " + source_fixture_name(file), 6 * static_cast<Index>(column.size()));
+        column.try_emplace("mount " + sensor_fixture_name(file), 6 * static_cast<Index>(column.size()));
     }
-    const auto scale = 6 * static_cast<Eigen::Index>(column.size());  // last column
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(errors.size()), scale + 1);
+    const auto scale = 6 * static_cast<Index>(column.size());  // last column
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(6 * static_cast<Index>(errors.size()), scale + 1);
     Eigen::VectorXd residual(jacobian.rows());
     constexpr double kLever_m = 0.1;
     std::size_t at = 0;
     for (std::size_t f = 0; f < files.size(); ++f) {
         const Rigid& source = c.source_stage.at(source_fixture_name(files[f]));
-        const Eigen::Index s = column.at("source " + source_fixture_name(files[f]));
-        const Eigen::Index m = column.at("mount " + sensor_fixture_name(files[f]));
+        const Index s = column.at("source " + source_fixture_name(files[f]));
+        const Index m = column.at("mount " + sensor_fixture_name(files[f]));
         for (const MeasuredPose& pose : files[f].poses) {
-            const auto row = 6 * static_cast<Eigen::Index>(at);
+            const auto row = 6 * static_cast<Index>(at);
             const EvaluatedPose& e = errors[at++];
             const Mat3<double> turned = source.rotation * pose.stage_rotation;
             const Vec3<double> arm = e.truth_m - source.translation_m;
             // A small change (d, w) of source and mount moves the true pose by d_source + w_source x arm + A R d_mount and
             // rotates it by w_source + A R w_mount (A, R: rotations of source and stage).
             jacobian.block<3, 3>(row, s).setIdentity();
-            jacobian.block<3, 3>(row, s + 3) = -geometry::skew<double>(arm);
-            jacobian.block<3, 3>(row, m) = turned;
-            jacobian.block<3, 3>(row + 3, s + 3) = kLever_m * Mat3<double>::Identity();
-            jacobian.block<3, 3>(row + 3, m + 3) = kLever_m * turned;
+            jacobian.block<3, 3>(row, s + 3) = eigen(-geometry::skew<double>(arm));
+            jacobian.block<3, 3>(row, m) = eigen(turned);
+            jacobian.block<3, 3>(row + 3, s + 3) = kLever_m * Eigen::Matrix3d::Identity();
+            jacobian.block<3, 3>(row + 3, m + 3) = kLever_m * eigen(turned);
             if (has_free_scale(c)) {
-                jacobian.block<3, 1>(row, scale) = -(e.truth_m + e.error_m);
+                jacobian.block<3, 1>(row, scale) = eigen(-(e.truth_m + e.error_m));
             }
-            residual.segment<3>(row) = e.error_m;
-            residual.segment<3>(row + 3) = kLever_m * e.rotation_error_rad;
+            residual.segment<3>(row) = eigen(e.error_m);
+            residual.segment<3>(row + 3) = kLever_m * eigen(e.rotation_error_rad);
         }
     }
     const Eigen::VectorXd step = least_squares(jacobian, residual);
@@ -194,14 +195,14 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
     for (auto& [name, rigid] : c.source_stage) {
         const auto found = column.find("source " + name);
         if (found != column.end()) {
-            rigid.translation_m += step.segment<3>(found->second);
+            rigid.translation_m += Vec3<double>(step.segment<3>(found->second));
             rigid.rotation = nearest_rotation(turn(step.segment<3>(found->second + 3), rigid.rotation));
         }
     }
     for (auto& [name, rigid] : c.mount_sensor) {
         const auto found = column.find("mount " + name);
         if (found != column.end()) {
-            rigid.translation_m += step.segment<3>(found->second);
+            rigid.translation_m += Vec3<double>(step.segment<3>(found->second));
             rigid.rotation = nearest_rotation(turn(step.segment<3>(found->second + 3), rigid.rotation));
         }
     }

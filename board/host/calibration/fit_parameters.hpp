@@ -21,10 +21,10 @@ constexpr int kTurning = 0, kRoom = 9, kStray = 18;
 
 /// `c`: coupling constant of the start, factor of the stray field.
 inline StageErrors stage_errors_of(const double* p, double c) {
-    using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    const Eigen::Map<const Rows> turning(p + kTurning);
-    const Eigen::Map<const Rows> room(p + kRoom);
-    const Eigen::Map<const Rows> stray(p + kStray);
+    using Rows = Matrix<double, 3, 3, Order::by_rows>;
+    const Rows turning(p + kTurning);
+    const Rows room(p + kRoom);
+    const Rows stray(p + kStray);
     return {turning, room, c * stray};
 }
 

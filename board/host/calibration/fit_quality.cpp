@@ -102,8 +102,8 @@ Eigen::VectorXd deviations(const ParameterEstimate& estimate, const SymmetricEig
     const Eigen::VectorXd inverse = eigen.values.cwiseMax(1e-300).cwiseInverse();
     const Eigen::MatrixXd covariance = eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
     const Eigen::MatrixXd& jacobian = estimate.jacobian;
-    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(estimate.residuals.size() / 9), jacobian.cols());
-    for (Eigen::Index k = 0; k < scores.rows(); ++k) {
+    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(static_cast<Index>(estimate.residuals.size() / 9), jacobian.cols());
+    for (Index k = 0; k < scores.rows(); ++k) {
         const Eigen::Map<const Eigen::Matrix<double, 9, 1>> r(estimate.residuals.data() + 9 * k);
         if (r.norm() <= estimate.outlier_limit_m) {
             scores.row(k) = r.transpose() * jacobian.middleRows<9>(9 * k) * norms.cwiseInverse().asDiagonal();
@@ -171,9 +171,9 @@ void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {
     for (std::size_t k = 0; k < estimate.magnetic.size(); ++k) {
         const double unit = unit_of(k);
         fit.parameters.push_back(
-            {kParameterNames[k], unit * estimate.magnetic[k], unit * deviation(static_cast<Eigen::Index>(k))});
+            {kParameterNames[k], unit * estimate.magnetic[k], unit * deviation(static_cast<Index>(k))});
     }
-    Eigen::Index index = 0;
+    Index index = 0;
     eigen.vectors.col(0).cwiseAbs().maxCoeff(&index);
     const auto weakest = static_cast<std::size_t>(index);
     const std::string name = weakest < estimate.magnetic.size() ? kParameterNames[weakest]

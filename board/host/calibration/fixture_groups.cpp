@@ -38,7 +38,7 @@ FixtureGroups::FixtureGroups(const std::vector<PoseFile>& files, FixtureModel mo
         sensor_index.push_back(index_in(sensor_names, sensor_fixture_name(file)));
     }
     for (const std::string& name : sensor_names) {
-        named.push_back(model == FixtureModel::named ? named_rotation(name) : Mat3<double>::Identity().eval());
+        named.push_back(model == FixtureModel::named ? named_rotation(name) : Mat3<double>::Identity());
     }
 }
 

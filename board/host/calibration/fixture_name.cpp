@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::host {
 namespace {

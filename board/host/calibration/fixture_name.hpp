@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

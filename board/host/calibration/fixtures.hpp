@@ -4,7 +4,7 @@
 #include "board/host/calibration/pose_set.hpp"
 #include "board/support/rigid.hpp"
 #include "board/support/stage_errors.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "core/solver/refine.hpp"
 
 namespace tricoil::host {

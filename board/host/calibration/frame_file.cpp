@@ -11,7 +11,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 #include "core/signal/excitation.hpp"
 
 namespace tricoil::host {
@@ -167,7 +167,7 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
     read_table(path, form, lines, [&](const auto& fields, const CouplingFrame& couplings, const TextPlace& place) {
         GridFrame frame;
         for (std::size_t k = 0; k < 3; ++k) {
-            frame.node(static_cast<Eigen::Index>(k)) = parse_number(fields[k], place);
+            frame.node(static_cast<Index>(k)) = parse_number(fields[k], place);
         }
         frame.x = couplings.x;
         frame.quadrature = couplings.quadrature;

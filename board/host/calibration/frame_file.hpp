@@ -8,7 +8,7 @@
 
 #include "board/support/coupling_text.hpp"
 #include "board/support/distinct_files.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

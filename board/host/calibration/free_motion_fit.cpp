@@ -16,6 +16,7 @@
 #include "board/support/errors.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
 
 namespace tricoil::host {
@@ -240,8 +241,8 @@ private:
 
     /// Linearised fit of the magnetic parameters: what no pose explains, and the prior.
     [[nodiscard]] ParameterEstimate estimate(double limit) const {
-        const auto free = static_cast<Eigen::Index>(free_magnetic(model_));
-        const auto rows = 9 * static_cast<Eigen::Index>(poses_.size());
+        const auto free = static_cast<Index>(free_magnetic(model_));
+        const auto rows = 9 * static_cast<Index>(poses_.size());
         ParameterEstimate estimate;
         estimate.outlier_limit_m = limit;
         estimate.magnetic = std::span(magnetic_).first(static_cast<std::size_t>(free));
@@ -252,7 +253,7 @@ private:
             const Eigen::Matrix<double, 9, 3> unexplained = q.rightCols<3>();
             const Eigen::Matrix<double, 9, 1> residual = unexplained * (unexplained.transpose() * at.residual);
             estimate.residuals.insert(estimate.residuals.end(), residual.data(), residual.data() + 9);
-            estimate.jacobian.middleRows<9>(9 * static_cast<Eigen::Index>(k)) =
+            estimate.jacobian.middleRows<9>(9 * static_cast<Index>(k)) =
                 unexplained * (unexplained.transpose() * at.by_magnetic.leftCols(free));
         }
         estimate.jacobian.bottomRows(free) = prior().first.topLeftCorner(free, free);
@@ -269,7 +270,7 @@ private:
     /// Includes what the prior leaves open in the deviations, and systematic residuals, up to the deviation of the prior.
     void widen_deviations(const Eigen::MatrixXd& covariance, CalibrationFit& fit) const {
         for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
-            const auto index = static_cast<Eigen::Index>(k);
+            const auto index = static_cast<Index>(k);
             double& deviation = fit.parameters[k].deviation;
             const double largest = unit_of(k) * prior_deviation(static_cast<int>(k));
             deviation = std::min(systematic() * std::max(deviation, unit_of(k) * std::sqrt(covariance(index, index))), largest);
@@ -302,7 +303,7 @@ private:
     [[nodiscard]] double position_error_m(const Eigen::MatrixXd& covariance) const {
         const SymmetricEigen eigen = eigen_of_symmetric(covariance);
         const Eigen::MatrixXd root = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
-        const auto rows = 3 * static_cast<Eigen::Index>(poses_.size());
+        const auto rows = 3 * static_cast<Index>(poses_.size());
         Eigen::MatrixXd moved(rows, root.cols());  // positions for one standard deviation along each eigenvector
         Eigen::MatrixXd similarity(rows, 7);
         for (std::size_t k = 0; k < poses_.size(); ++k) {
@@ -310,10 +311,11 @@ private:
             const Eigen::Matrix<double, 9, 6> by_pose = at.by_pose;
             const Eigen::MatrixXd step =
                 least_squares(by_pose, at.by_magnetic.leftCols(root.rows()) * root).topRows<3>() * kLengthUnit_m;
-            const auto row = 3 * static_cast<Eigen::Index>(k);
+            const auto row = 3 * static_cast<Index>(k);
             const Vec3<double>& p = poses_[k].position_m;
             moved.middleRows<3>(row) = step;
-            similarity.middleRows<3>(row) << Mat3<double>::Identity(), geometry::skew<double>(p), p;
+            similarity.middleRows<3>(row) << Eigen::Matrix3d::Identity(), ::tricoil::eigen(geometry::skew<double>(p)),
+                ::tricoil::eigen(p);
         }
         const Eigen::MatrixXd rest = moved - similarity * least_squares(similarity, moved);
         return rest.norm() / std::sqrt(static_cast<double>(poses_.size()));

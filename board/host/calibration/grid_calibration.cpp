@@ -17,6 +17,7 @@
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
 
 namespace tricoil::host {
@@ -53,9 +54,8 @@ struct NodeResidual {
         ceres::AngleAxisToRotationMatrix(grid + 3, turn.data());
         const Vec3<double> node = kLengthUnit_m * Vec3<double>(grid[0], grid[1], grid[2]) + turn * grid_start * node_m;
         const Vec3<double> arm = s->attitude.transpose() * (kLengthUnit_m * Vec3<double>(pivot[0], pivot[1], pivot[2]));
-        Eigen::Map<Vec3<double>>(residual, 3) = position - node - arm;
-        Eigen::Map<Mat3<double>>(residual + 3, 3, 3) =
-            kMisfitLever_m * (ideal / s->strength - s->attitude * field::dipole_factor<double>(s->direction));
+        copy_rows(position - node - arm, residual);
+        copy_rows(kMisfitLever_m * (ideal / s->strength - s->attitude * field::dipole_factor<double>(s->direction)), residual + 3);
         return true;
     }
 };
@@ -64,7 +64,7 @@ struct NodeResidual {
 double extent_of(const std::vector<GridFrame>& frames) {
     Eigen::Matrix3Xd nodes(3, frames.size());
     for (std::size_t k = 0; k < frames.size(); ++k) {
-        nodes.col(static_cast<Eigen::Index>(k)) = frames[k].node;
+        nodes.col(static_cast<Index>(k)) = eigen(frames[k].node);
     }
     nodes.colwise() -= nodes.rowwise().mean().eval();
     const Vec3<double> extent = singular_values(nodes);
@@ -89,8 +89,8 @@ GridCalibration result_of(const Parameters& p, double c, const Similarity& start
     }
     double misfit = 0;
     for (std::size_t at = 0; at < residuals.size(); at += 12) {
-        result.distances_m.push_back(Eigen::Map<const Vec3<double>>(residuals.data() + at).norm());
-        misfit += Eigen::Map<const Eigen::Matrix<double, 9, 1>>(residuals.data() + at + 3).squaredNorm();
+        result.distances_m.push_back(Vec3<double>(residuals.data() + at).norm());
+        misfit += Matrix<double, 9, 1>(residuals.data() + at + 3).squaredNorm();
     }
     const auto count = static_cast<double>(frames);
     result.misfit_before = misfit_before;
@@ -154,8 +154,8 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
             throw InputError(frames[k].place + ": the couplings are left-handed or degenerate; correct the wiring");
         }
         const double side = s->direction.dot(hemisphere) < 0 ? -1 : 1;
-        nodes.col(static_cast<Eigen::Index>(k)) = spacing_m * frames[k].node;
-        positions.col(static_cast<Eigen::Index>(k)) = side * s->range_m * s->direction;
+        nodes.col(static_cast<Index>(k)) = spacing_m * eigen(frames[k].node);
+        positions.col(static_cast<Index>(k)) = side * s->range_m * eigen(s->direction);
     }
     const Similarity start = fit_similarity(nodes, positions);  // positions computed with C = 1
     const double c = 1 / std::pow(start.scale, 3);
@@ -165,7 +165,7 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
     p.sensor = {n(0, 0), n(1, 1), n(0, 1), n(0, 2), n(1, 2)};
     p.moment = {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)};
     for (std::size_t k = 0; k < 3; ++k) {
-        p.grid[k] = start.translation(static_cast<Eigen::Index>(k)) / start.scale / kLengthUnit_m;
+        p.grid[k] = start.translation(static_cast<Index>(k)) / start.scale / kLengthUnit_m;
     }
     for (const GridFrame& frame : frames) {
         p.pivot.resize(std::max(p.pivot.size(), frame.file + 1));

@@ -12,6 +12,7 @@
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
 
 namespace tricoil::host {
@@ -48,7 +49,7 @@ void check_spread(const PoseList& list) {
     }
     Eigen::Matrix3Xd positions(3, list.size());
     for (std::size_t i = 0; i < list.size(); ++i) {
-        positions.col(static_cast<Eigen::Index>(i)) = list[i].first->stage_position_m;
+        positions.col(static_cast<Index>(i)) = eigen(list[i].first->stage_position_m);
     }
     positions.colwise() -= positions.rowwise().mean().eval();
     const Vec3<double> extent = singular_values(positions);
@@ -60,7 +61,7 @@ void check_spread(const PoseList& list) {
     for (const auto& [pose, file] : list) {
         mean += pose->stage_rotation / static_cast<double>(list.size());
     }
-    if (singular_values(mean)(2) > 0.999) {
+    if (singular_values(eigen(mean))(2) > 0.999) {
         throw InputError("the stage does not rotate; calibration needs poses in different attitudes (20 degrees and more)");
     }
 }
@@ -120,15 +121,15 @@ void align_hemispheres(std::vector<Solved>& solved) {
 
 /// G of p = G t + H_f vec(R) + c by least squares. p: position with C = 1; t, R: stage; H_f: 3 x 9 matrix of each file.
 Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
-    const auto n = static_cast<Eigen::Index>(solved.size());
-    Eigen::MatrixXd features = Eigen::MatrixXd::Zero(n, 4 + 9 * static_cast<Eigen::Index>(files));
+    const auto n = static_cast<Index>(solved.size());
+    Eigen::MatrixXd features = Eigen::MatrixXd::Zero(n, 4 + 9 * static_cast<Index>(files));
     Eigen::MatrixXd positions(n, 3);
-    for (Eigen::Index i = 0; i < n; ++i) {
+    for (Index i = 0; i < n; ++i) {
         const Solved& s = solved[static_cast<std::size_t>(i)];
-        features.row(i).head<3>() = s.weight * s.pose->stage_position_m;
+        features.row(i).head<3>() = s.weight * eigen(s.pose->stage_position_m);
         features(i, 3) = s.weight;
-        features.row(i).segment<9>(4 + 9 * static_cast<Eigen::Index>(s.file)) = s.weight * s.pose->stage_rotation.reshaped();
-        positions.row(i) = s.weight * s.position_m;
+        features.row(i).segment<9>(4 + 9 * static_cast<Index>(s.file)) = s.weight * eigen(s.pose->stage_rotation).reshaped();
+        positions.row(i) = s.weight * eigen(s.position_m);
     }
     const Eigen::MatrixXd solution = least_squares(features, positions);
     return solution.topRows<3>().transpose();
@@ -136,21 +137,21 @@ Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
 
 /// c and the offset d of each file's mount from p / s - A t = A R d + c by least squares. s: scale; A: rotation of the stage.
 void fit_offsets(const std::vector<Solved>& solved, double scale, InitialGuess& guess) {
-    const auto n = static_cast<Eigen::Index>(solved.size());
-    const auto unknowns = 3 + 3 * static_cast<Eigen::Index>(guess.mount_sensor.size());
+    const auto n = static_cast<Index>(solved.size());
+    const auto unknowns = 3 + 3 * static_cast<Index>(guess.mount_sensor.size());
     Eigen::MatrixXd features = Eigen::MatrixXd::Zero(3 * n, unknowns);
     Eigen::VectorXd rest(3 * n);
     const Mat3<double>& a = guess.source_stage.rotation;
-    for (Eigen::Index i = 0; i < n; ++i) {
+    for (Index i = 0; i < n; ++i) {
         const Solved& s = solved[static_cast<std::size_t>(i)];
-        features.block<3, 3>(3 * i, 0) = s.weight * Mat3<double>::Identity();
-        features.block<3, 3>(3 * i, 3 + 3 * static_cast<Eigen::Index>(s.file)) = s.weight * a * s.pose->stage_rotation;
-        rest.segment<3>(3 * i) = s.weight * (s.position_m / scale - a * s.pose->stage_position_m);
+        features.block<3, 3>(3 * i, 0) = s.weight * Eigen::Matrix3d::Identity();
+        features.block<3, 3>(3 * i, 3 + 3 * static_cast<Index>(s.file)) = eigen(s.weight * a * s.pose->stage_rotation);
+        rest.segment<3>(3 * i) = eigen(s.weight * (s.position_m / scale - a * s.pose->stage_position_m));
     }
     const Eigen::VectorXd solution = least_squares(features, rest);
     guess.source_stage.translation_m = solution.head<3>();
     for (std::size_t f = 0; f < guess.mount_sensor.size(); ++f) {
-        guess.mount_sensor[f].translation_m = solution.segment<3>(3 + 3 * static_cast<Eigen::Index>(f));
+        guess.mount_sensor[f].translation_m = solution.segment<3>(3 + 3 * static_cast<Index>(f));
     }
 }
 
@@ -230,7 +231,7 @@ InitialGuess guess_with_gains(const std::vector<PoseFile>& files, const SelfCali
 void transpose_rotations(std::vector<PoseFile>& files) {
     for (PoseFile& file : files) {
         for (MeasuredPose& pose : file.poses) {
-            pose.stage_rotation.transposeInPlace();
+            pose.stage_rotation = pose.stage_rotation.transpose();
         }
     }
 }

@@ -10,8 +10,8 @@ void MotionLag::add(const Mat3<double>& in_phase, const Mat3<double>& quadrature
         const auto& [middle, first] = before_;
         const Mat3<double> rate = (in_phase - first.in_phase) / (2 * frame_s);
         rate_rate_ += rate.transpose() * rate;
-        rate_rate_.diagonal().array() -=
-            3 * variance / (2 * frame_s * frame_s);  // the rate's noise would bias the lag towards zero
+        rate_rate_.diagonal() -=
+            Vec3<double>::Constant(3 * variance / (2 * frame_s * frame_s));  // the rate's noise would bias the lag towards zero
         rate_quadrature_ += rate.transpose() * middle.quadrature;
         quadrature_squared_ += middle.quadrature.colwise().squaredNorm().transpose();
         count_ += 1;
@@ -32,7 +32,7 @@ bool MotionLag::is_known() const {
     constexpr double kFewest = 100;         // frames
     constexpr double kLargestSigma = 0.01;  // of the lag; three source coils add to 2 %
     const double largest_s = kLargestSigma * lag_s().colwise().norm().minCoeff();
-    return count_ >= kFewest && !quadrature_squared_.isZero(0) && (sigma_s().array() <= largest_s).all();
+    return count_ >= kFewest && !quadrature_squared_.isZero(0) && sigma_s().maxCoeff() <= largest_s;
 }
 
 }  // namespace tricoil::host

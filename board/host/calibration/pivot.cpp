@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,7 +10,8 @@
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/eigen.hpp"
+#include "core/linear/quaternion.hpp"
 #include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {
@@ -44,11 +44,11 @@ struct Normal {
     Unknowns side = Unknowns::Zero();
 
     /// Also for a singular matrix: then the shortest solution.
-    [[nodiscard]] Unknowns solve() const { return least_squares(matrix, side); }
+    [[nodiscard]] Unknowns solve() const { return least_squares(eigen(matrix), eigen(side)); }
 };
 
-Eigen::Matrix<double, 3, 6> design(const PivotPose& pose) {
-    Eigen::Matrix<double, 3, 6> rows;
+Matrix<double, 3, 6> design(const PivotPose& pose) {
+    Matrix<double, 3, 6> rows;
     rows << pose.q_source_sensor.toRotationMatrix(), -Mat3<double>::Identity();
     return rows;
 }
@@ -59,7 +59,7 @@ Vec3<double> residual(const PivotPose& pose, const Unknowns& x) {
 
 /// Inverse covariance of a residual, whose error is J (position error, rotation error).
 Mat3<double> weight_of(const PivotPose& pose, const Vec3<double>& tip_m) {
-    Eigen::Matrix<double, 3, 6> jacobian;
+    Matrix<double, 3, 6> jacobian;
     jacobian << Mat3<double>::Identity(), -geometry::skew<double>(pose.q_source_sensor * tip_m);
     const Mat3<double> covariance =
         jacobian * pose.covariance * jacobian.transpose() + kSmallestSigma_m * kSmallestSigma_m * Mat3<double>::Identity();
@@ -69,10 +69,10 @@ Mat3<double> weight_of(const PivotPose& pose, const Vec3<double>& tip_m) {
 /// Mean of A^T W r at the true solution, exact to second order in the pose's error. It is not zero, because the attitude in A and
 /// W has the error that is also in r.
 Unknowns mean_gradient(const PivotPose& pose, const Vec3<double>& tip_m) {
-    const SymmetricEigen eigen = eigen_of_symmetric(pose.covariance);
+    const SymmetricEigen eigen = eigen_of_symmetric(::tricoil::eigen(pose.covariance));
     const Mat6<double> root = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
     Unknowns mean = Unknowns::Zero();
-    for (Eigen::Index n = 0; n < 12; ++n) {
+    for (Index n = 0; n < 12; ++n) {
         const Vec6<double> error = (n < 6 ? 1 : -1) * root.col(n % 6);
         PivotPose wrong = pose;
         wrong.q_source_sensor = geometry::rotation_vector_to_quaternion<double>(error.tail<3>()) * pose.q_source_sensor;
@@ -183,7 +183,7 @@ Tilt tilt_of(const std::vector<const PivotPose*>& poses) {
         noise += (rotation.trace() * Mat3<double>::Identity() - rotation) / count;
     }
     const Mat3<double> spread = Mat3<double>::Identity() - mean.transpose() * mean - noise;
-    const SymmetricEigen eigen = eigen_of_symmetric(spread);
+    const SymmetricEigen eigen = eigen_of_symmetric(::tricoil::eigen(spread));
     const Vec3<double> still = eigen.vectors.col(0);
     return {eigen.values.cwiseMax(0).cwiseSqrt(), eigen.vectors, std::sqrt(still.dot(noise * still))};
 }
@@ -217,7 +217,7 @@ void check_residual(const Fit& fit, double rms_m, const std::string& name) {
 /// Ratio of the covariance of the result to the inverse normal matrix, from the sums of the scores over blocks of successive
 /// poses. 1 for independent residuals of the expected size; sums are larger if residuals are larger or correlated within a block.
 double covariance_inflation(const Fit& fit) {
-    const Mat6<double> inverse = inverse_of_definite(fit.normal.matrix);
+    const Mat6<double> inverse = Mat6<double>(inverse_of_definite(eigen(fit.normal.matrix)));
     const std::size_t blocks = std::min(kBlocks, fit.used.size());
     double measured = 0;
     double expected = 6;
@@ -264,7 +264,7 @@ PivotCalibration calibrate_pivot(const std::vector<PivotPose>& poses, const std:
     result.residual_sigmas = std::sqrt(weighted / (3 * count - 6));
     check_residual(fit, result.residual_rms_m, name);
     result.inflation = covariance_inflation(fit);
-    const Mat6<double> covariance = result.inflation * inverse_of_definite(fit.normal.matrix);
+    const Mat6<double> covariance = result.inflation * Mat6<double>(inverse_of_definite(eigen(fit.normal.matrix)));
     result.tip_covariance_m2 = covariance.topLeftCorner<3, 3>();
     result.pivot_covariance_m2 = covariance.bottomRightCorner<3, 3>();
     result.tilt_deg = kDegrees * tilt.rms_rad(0);

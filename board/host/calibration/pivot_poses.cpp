@@ -36,7 +36,7 @@ PivotPose to_pivot_pose(const Numbers& v, const std::string& where) {
         if (!(deviation >= 0)) {
             throw InputError(where + ": a standard deviation is negative");
         }
-        pose.covariance(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n)) = deviation * deviation;
+        pose.covariance(static_cast<Index>(n), static_cast<Index>(n)) = deviation * deviation;
     }
     return pose;
 }

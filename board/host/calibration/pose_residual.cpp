@@ -10,6 +10,7 @@
 
 #include "board/support/dense_algebra.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -18,7 +19,7 @@ constexpr double kLever_m = 0.1;      // position error with the same weight as 
 constexpr double kMisfitShare = 0.5;  // relative weight of the part of a residual that no pose error explains
 
 template <int Columns>
-using Jacobian = Eigen::Matrix<double, 9, Columns, Eigen::RowMajor>;
+using Jacobian = Matrix<double, 9, Columns, Order::by_rows>;
 
 /// Coupling of one pair of coils, and its gradients with respect to displacement, moment, sensitivity and octupoles.
 struct PairDerivatives {
@@ -55,15 +56,15 @@ void add_octupoles(PairDerivatives& pair, const Vec3<double>& r, const Vec3<doub
 
 /// Derivatives of vec(X) with respect to the magnetic parameters, and to position and small rotation of the sensor, source frame.
 struct CouplingDerivatives {
-    Eigen::Matrix<double, 9, 1> x;
+    Matrix<double, 9, 1> x;
     Jacobian<kMagnetic> by_magnetic = Jacobian<kMagnetic>::Zero();
     Jacobian<3> by_position, by_rotation;
 };
 
 /// Row of d value / d (xx, yy, zz, xy, xz, yz) of a symmetric matrix whose column `column` has the gradient g.
-Eigen::Matrix<double, 1, 6> by_symmetric(const Vec3<double>& g, int column) {
+Matrix<double, 1, 6> by_symmetric(const Vec3<double>& g, int column) {
     static constexpr int kPlace[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
-    Eigen::Matrix<double, 1, 6> row = Eigen::Matrix<double, 1, 6>::Zero();
+    Matrix<double, 1, 6> row = Matrix<double, 1, 6>::Zero();
     for (int k = 0; k < 3; ++k) {
         row(kPlace[k][column]) = g(k);
     }
@@ -105,7 +106,7 @@ CouplingDerivatives coupling_derivatives(const field::GeneralDipole<double>& mod
             auto row = all.by_magnetic.row(at);
             row.segment<6>(kMoments) = c * by_symmetric(pair.by_moment, j);
             const auto shape = by_symmetric(o * pair.by_sensitivity, i);  // (xx, yy, 3 - xx - yy, xy, xz, yz)
-            row.segment<2>(kSensitivities) = shape.head<2>() - Eigen::RowVector2d::Constant(shape(2));
+            row.segment<2>(kSensitivities) = shape.head<2>() - Matrix<double, 1, 2>::Constant(shape(2));
             row.segment<3>(kSensitivities + 2) = shape.tail<3>();
             add_offset(row, kSourceOffsets, -pair.by_displacement_per_m, j);
             add_offset(row, kSensorOffsets, o * pair.by_displacement_per_m, i);
@@ -124,7 +125,7 @@ void write_rigid(double* out, const PoseTerms& terms, const CouplingDerivatives&
         Jacobian<kRigid> by_block;
         by_block.leftCols<3>() = kLengthUnit_m * x.by_position * translation;
         by_block.rightCols<3>() = x.by_position * moved + x.by_rotation * turned;
-        Eigen::Map<Jacobian<kRigid>>{out} = terms.weight * by_block;
+        copy_rows(terms.weight * by_block, out);
     }
 }
 
@@ -146,7 +147,7 @@ void write_stage(double* out, const PoseTerms& terms, const CouplingDerivatives&
             by_stage.col(kStray + 3 * a + b).segment<3>(3 * b) = terms.coupling_constant * field_at_sensor.col(a);
         }
     }
-    Eigen::Map<Jacobian<kStage>>{out} = terms.weight * by_stage;
+    copy_rows(terms.weight * by_stage, out);
 }
 
 }  // namespace
@@ -168,17 +169,17 @@ Mat3<double> left_jacobian(const double* vector) {
     return Mat3<double>::Identity() + first * cross + second * cross * cross;
 }
 
-Eigen::Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose,
+Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose,
                                         double metres) {
     const Mat3<double> o = pose.q_source_sensor.toRotationMatrix().transpose();
-    Eigen::Matrix<double, 9, 6> jacobian = field::signal_model<double>(model, pose.position_m, o).jacobian;
+    Matrix<double, 9, 6> jacobian = field::signal_model<double>(model, pose.position_m, o).jacobian;
     jacobian.rightCols<3>() /= kLever_m;
-    const Mat6<double> inverse = inverse_of_definite(jacobian.transpose() * jacobian);
-    const Eigen::Matrix<double, 6, 9> pseudo = inverse * jacobian.transpose();
-    Eigen::Matrix<double, 9, 9> square = pseudo.transpose() * pseudo;
+    const Mat6<double> inverse = inverse_of_definite(eigen(jacobian.transpose() * jacobian));
+    const Matrix<double, 6, 9> pseudo = inverse * jacobian.transpose();
+    Matrix<double, 9, 9> square = pseudo.transpose() * pseudo;
     const double share = kMisfitShare * metres;
-    square += share * share * (Eigen::Matrix<double, 9, 9>::Identity() - jacobian * pseudo);
-    const SymmetricEigen eigen = eigen_of_symmetric(square);
+    square += share * share * (Matrix<double, 9, 9>::Identity() - jacobian * pseudo);
+    const SymmetricEigen eigen = eigen_of_symmetric(::tricoil::eigen(square));
     return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
 }
 
@@ -212,13 +213,12 @@ bool PoseResidual::Evaluate(double const* const* blocks, double* residual, doubl
     const Mat3<double> o = (turned * fixture_rotation * rotation_of(jig + 3) * terms_.jig_start).transpose();
     const auto x =
         coupling_derivatives(model, terms_.coupling_constant, length_of(source) + from_source, o, stage.stray, terms_.finite);
-    const Eigen::Map<const Eigen::Matrix<double, 9, 1>> measured(terms_.pose.x.data());
-    Eigen::Map<Eigen::Matrix<double, 9, 1>>{residual} = terms_.weight * (x.x - measured);
+    copy_rows(terms_.weight * (x.x - terms_.pose.x.reshaped()), residual);
     if (jacobians == nullptr) {
         return true;
     }
     if (jacobians[0] != nullptr) {
-        Eigen::Map<Jacobian<kMagnetic>>{jacobians[0]} = terms_.weight * x.by_magnetic;
+        copy_rows(terms_.weight * x.by_magnetic, jacobians[0]);
     }
     // A small rotation d of the source or a fixture moves the sensor by d x a = -skew(a) d; a: vector from the centre of
     // the rotation to the sensor.

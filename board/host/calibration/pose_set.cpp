@@ -18,7 +18,8 @@
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/geometry/rotations.hpp"
+#include "core/linear/quaternion.hpp"
 #include "core/signal/excitation.hpp"
 
 namespace tricoil::host {
@@ -72,16 +73,14 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const Text
     MeasuredPose pose;
     pose.line = place.line;
     pose.stage_position_m = 1e-3 * Vec3<double>(stage[0], stage[1], stage[2]);
-    using Axis = Eigen::AngleAxisd;
-    pose.stage_rotation = (Axis(kRadians * stage[5], Vec3<double>::UnitZ()) * Axis(kRadians * stage[4], Vec3<double>::UnitY()) *
-                           Axis(kRadians * stage[3], Vec3<double>::UnitX()))
-                              .toRotationMatrix();
+    pose.stage_rotation = geometry::rotation_z(-kRadians * stage[5]) * geometry::rotation_y(-kRadians * stage[4]) *
+                          geometry::rotation_x(-kRadians * stage[3]);  // Table 1 has passive rotations
     pose.quadrature.emplace();
     for (std::size_t i = 0; i < fields.size() - kStageFields; ++i) {
         const std::complex<double> coupling = parse_complex(fields[kStageFields + i], place);
         if (i < kCouplings) {
-            const auto row = static_cast<Eigen::Index>(i / 3);
-            const auto column = static_cast<Eigen::Index>(i % 3);
+            const auto row = static_cast<Index>(i / 3);
+            const auto column = static_cast<Index>(i % 3);
             pose.x(row, column) = coupling.real();
             (*pose.quadrature)(row, column) = coupling.imag();
         }

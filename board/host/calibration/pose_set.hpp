@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "board/support/coupling_text.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

@@ -9,6 +9,7 @@
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
 
 namespace tricoil::host {
@@ -38,7 +39,7 @@ struct MisfitFunctor {
         if (!s.ok()) {
             return false;
         }
-        Eigen::Map<Mat3<double>>(residual, 3, 3) = ideal / s->strength - s->attitude * field::dipole_factor<double>(s->direction);
+        copy_rows(ideal / s->strength - s->attitude * field::dipole_factor<double>(s->direction), residual);
         return true;
     }
 };
@@ -55,7 +56,7 @@ Spread spread_of(const std::vector<Mat3<double>>& frames, const Mat3<double>& se
     Eigen::Array2d mean = Eigen::Array2d::Zero();
     Eigen::Array2d squares = Eigen::Array2d::Zero();
     for (const Mat3<double>& frame : frames) {
-        const Vec3<double> s = singular_values(corrected(frame, sensor, source));
+        const Vec3<double> s = singular_values(eigen(corrected(frame, sensor, source)));
         sum += s / s.norm();
         const Eigen::Array2d ratio(s(0) / (s(1) + s(2)), s(1) / s(2));
         mean += ratio;
@@ -68,7 +69,8 @@ Spread spread_of(const std::vector<Mat3<double>>& frames, const Mat3<double>& se
     mean /= n;
     spread.misfit = std::sqrt(spread.misfit / n);
     spread.ratios = sum / sum(2);
-    spread.deviation << (squares / n - mean.square()).max(0.0).sqrt(), spread.misfit;
+    const Eigen::Array2d deviation = (squares / n - mean.square()).max(0.0).sqrt();
+    spread.deviation << deviation(0), deviation(1), spread.misfit;
     return spread;
 }
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

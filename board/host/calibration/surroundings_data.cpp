@@ -7,6 +7,7 @@
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -15,7 +16,7 @@ constexpr double kTolerantMisfit = 0.3;  // share of the couplings that metal ma
 
 void set_block(RigidBlock& block, const Vec3<double>& translation_m) {
     block = {};
-    Eigen::Map<Vec3<double>>{block.data()} = translation_m / kLengthUnit_m;
+    copy_rows(translation_m / kLengthUnit_m, block.data());
 }
 
 }  // namespace
@@ -91,15 +92,15 @@ SurroundingsData data_on_grid(const CalibrationFile& coils, const std::vector<Gr
         if (!solution.ok() || !solution->right_handed) {
             throw InputError(frames[k].place + ": the couplings are left-handed or degenerate; correct the wiring");
         }
-        nodes.col(static_cast<Eigen::Index>(k)) = spacing_m * frames[k].node;
-        positions.col(static_cast<Eigen::Index>(k)) = solution->refinement.pose.position_m;
+        nodes.col(static_cast<Index>(k)) = spacing_m * eigen(frames[k].node);
+        positions.col(static_cast<Index>(k)) = eigen(solution->refinement.pose.position_m);
         attitudes.push_back(solution->refinement.pose.q_source_sensor.toRotationMatrix());
     }
     data.starts.frame = fit_similarity(nodes, positions).rotation;
-    set_block(data.frame, positions.rowwise().mean() - data.starts.frame * nodes.rowwise().mean());
+    set_block(data.frame, positions.rowwise().mean() - eigen(data.starts.frame) * nodes.rowwise().mean());
     for (std::size_t k = 0; k < frames.size(); ++k) {
         data.poses.push_back(
-            {nodes.col(static_cast<Eigen::Index>(k)), data.starts.frame.transpose() * attitudes[k], frames[k].x});
+            {nodes.col(static_cast<Index>(k)), data.starts.frame.transpose() * attitudes[k], frames[k].x});
     }
     return data;
 }

@@ -12,6 +12,7 @@
 #include "board/host/calibration/fit_quality.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -40,7 +41,7 @@ public:
         if (jacobians != nullptr && jacobians[0] != nullptr) {
             std::fill_n(jacobians[0], kDipole * dipoles_, 0.0);
             if (residual[0] > 0 && distance_m > 0) {
-                Eigen::Map<Vec3<double>>{jacobians[0] + kDipole* dipole_} = -kLengthUnit_m / distance_m * away;
+                copy_rows(-kLengthUnit_m / distance_m * away, jacobians[0] + kDipole * dipole_);
             }
         }
         return true;
@@ -73,7 +74,7 @@ void check_places(const std::vector<PlacedCouplings>& poses) {
     for (const Vec3<double>& place : places) {
         scatter += (place - mean) * (place - mean).transpose();
     }
-    const Eigen::VectorXd squares = eigen_of_symmetric(scatter).values;
+    const Eigen::VectorXd squares = eigen_of_symmetric(eigen(scatter)).values;
     if (squares(0) < kLeastSpread * kLeastSpread * squares(2)) {
         throw InputError("the poses lie in one plane or on one line; surroundings need a grid of several levels");
     }
@@ -140,7 +141,7 @@ private:
         return kClearance * nearest;
     }
 
-    [[nodiscard]] Eigen::Matrix<double, 9, 9> weight(std::size_t k) const {
+    [[nodiscard]] Matrix<double, 9, 9> weight(std::size_t k) const {
         const auto at = pose(k);
         const double strength = data_.poses[k].x.norm() / std::sqrt(1.5);
         return pose_weight(with_surroundings(coils_, dipoles_), at, at.position_m.norm() / (3 * strength));
@@ -220,7 +221,7 @@ private:
             std::array<double*, 4> jacobians{frame.data(), mount.data(), turn.data(), nullptr};
             const SurroundingsResidual cost(coils_, data_.poses[k], data_.starts, one.weight, dipoles());
             cost.Evaluate(blocks(k).data(), one.residual.data(), jacobians.data());
-            const Eigen::Index of_mount = data_.attitudes_known ? kRigid : 3;
+            const Index of_mount = data_.attitudes_known ? kRigid : 3;
             one.nuisance.resize(9, data_.fixtures_known ? 0 : kRigid + of_mount);
             if (!data_.fixtures_known) {
                 one.nuisance << frame, mount.leftCols(of_mount);

@@ -1,18 +1,19 @@
 #include "board/host/calibration/surroundings_residual.hpp"
 
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
 
 template <int Columns>
-using RowJacobian = Eigen::Matrix<double, 9, Columns, Eigen::RowMajor>;
+using RowJacobian = Matrix<double, 9, Columns, Order::by_rows>;
 
 /// Writes weight * derivative, unless the block is constant.
 template <int Columns>
-void write_weighted(double* out, const Eigen::Matrix<double, 9, 9>& weight, const Eigen::Matrix<double, 9, Columns>& derivative) {
+void write_weighted(double* out, const Matrix<double, 9, 9>& weight, const Matrix<double, 9, Columns>& derivative) {
     if (out != nullptr) {
-        Eigen::Map<RowJacobian<Columns>>{out} = weight * derivative;
+        copy_rows(weight * derivative, out);
     }
 }
 
@@ -41,10 +42,10 @@ solver::RigidPose<double> placed_pose(const PlacedCouplings& placed, const Frame
     return {length_of(frame) + of_frame * (placed.place_m + turned * length_of(mount)), Quat<double>(attitude).normalized()};
 }
 
-Eigen::Matrix<double, 9, kDipole> dipole_derivatives(const field::GeneralDipole<double>& coils, const VirtualDipole& dipole,
+Matrix<double, 9, kDipole> dipole_derivatives(const field::GeneralDipole<double>& coils, const VirtualDipole& dipole,
                                                      const Vec3<double>& position_m, const Mat3<double>& o) {
     const Mat3<double>& a = dipole.polarisability_m3;
-    Eigen::Matrix<double, 9, kDipole> by_dipole;
+    Matrix<double, 9, kDipole> by_dipole;
     for (int i = 0; i < 3; ++i) {
         const Vec3<double> n = o.transpose() * coils.sensor_sensitivity.col(i);
         const Vec3<double> r = position_m + o.transpose() * coils.sensor_offset_m.col(i) - dipole.position_m;
@@ -67,7 +68,7 @@ Eigen::Matrix<double, 9, kDipole> dipole_derivatives(const field::GeneralDipole<
 }
 
 SurroundingsResidual::SurroundingsResidual(const field::GeneralDipole<double>& coils, const PlacedCouplings& placed,
-                                           const FrameStarts& starts, const Eigen::Matrix<double, 9, 9>& weight, int dipoles)
+                                           const FrameStarts& starts, const Matrix<double, 9, 9>& weight, int dipoles)
     : coils_(coils), placed_(placed), starts_(starts), weight_(weight), dipoles_(dipoles) {
     set_num_residuals(9);
     *mutable_parameter_block_sizes() = {kRigid, kRigid, kTurn};
@@ -85,30 +86,30 @@ bool SurroundingsResidual::Evaluate(double const* const* blocks, double* residua
     const auto pose = placed_pose(placed_, starts_, frame, mount, turn);
     const Mat3<double> o = pose.q_source_sensor.toRotationMatrix().transpose();
     const auto model = field::signal_model<double>(with_surroundings(coils_, dipoles), pose.position_m, o);
-    Eigen::Map<Eigen::Matrix<double, 9, 1>>{residual} = weight_ * (model.x - placed_.x).reshaped();
+    copy_rows(weight_ * (model.x - placed_.x).reshaped(), residual);
     if (jacobians == nullptr) {
         return true;
     }
-    const Eigen::Matrix<double, 9, 3> by_position = model.jacobian.leftCols<3>();
-    const Eigen::Matrix<double, 9, 3> by_rotation = model.jacobian.rightCols<3>();
+    const Matrix<double, 9, 3> by_position = model.jacobian.leftCols<3>();
+    const Matrix<double, 9, 3> by_rotation = model.jacobian.rightCols<3>();
     const Mat3<double> of_frame = rotation_of(frame + 3) * starts_.frame;
     const Mat3<double> turned = rotation_of(turn) * placed_.rotation;
     const Vec3<double> arm = turned * length_of(mount);
     // A rotation w of the frame moves the sensor by w x a = -skew(a) w; a: vector from the centre of rotation to the sensor.
-    Eigen::Matrix<double, 9, kRigid> rigid;
+    Matrix<double, 9, kRigid> rigid;
     rigid << kLengthUnit_m * by_position,
         (by_rotation - by_position * geometry::skew<double>(of_frame * (placed_.place_m + arm))) * left_jacobian(frame + 3);
     write_weighted<kRigid>(jacobians[0], weight_, rigid);
     rigid << kLengthUnit_m * by_position * of_frame * turned, by_rotation * of_frame * turned * left_jacobian(mount + 3);
     write_weighted<kRigid>(jacobians[1], weight_, rigid);
-    const Eigen::Matrix<double, 9, kTurn> by_turn =
+    const Matrix<double, 9, kTurn> by_turn =
         (by_rotation * of_frame - by_position * of_frame * geometry::skew<double>(arm)) * left_jacobian(turn);
     write_weighted<kTurn>(jacobians[2], weight_, by_turn);
     if (dipoles_ > 0 && jacobians[3] != nullptr) {
         Eigen::Map<Eigen::Matrix<double, 9, Eigen::Dynamic, Eigen::RowMajor>> out(jacobians[3], 9, kDipole * dipoles_);
         for (int d = 0; d < dipoles_; ++d) {
             out.middleCols<kDipole>(kDipole * d) =
-                weight_ * dipole_derivatives(coils_, dipole_of(blocks[3] + kDipole * d), pose.position_m, o);
+                eigen(weight_ * dipole_derivatives(coils_, dipole_of(blocks[3] + kDipole * d), pose.position_m, o));
         }
     }
     return true;

@@ -44,7 +44,7 @@ class SurroundingsResidual final : public ceres::CostFunction {
 public:
     /// All arguments must outlive this object. weight: metres per coupling unit, see pose_weight.
     SurroundingsResidual(const field::GeneralDipole<double>& coils, const PlacedCouplings& placed, const FrameStarts& starts,
-                         const Eigen::Matrix<double, 9, 9>& weight, int dipoles);
+                         const Matrix<double, 9, 9>& weight, int dipoles);
 
     bool Evaluate(double const* const* blocks, double* residual, double** jacobians) const override;
 
@@ -52,13 +52,13 @@ private:
     const field::GeneralDipole<double>& coils_;
     const PlacedCouplings& placed_;
     const FrameStarts& starts_;
-    Eigen::Matrix<double, 9, 9> weight_;
+    Matrix<double, 9, 9> weight_;
     int dipoles_;
 };
 
 /// Derivatives of the couplings (column order) with respect to the parameters of one virtual dipole. o: source components to
 /// sensor components.
-Eigen::Matrix<double, 9, kDipole> dipole_derivatives(const field::GeneralDipole<double>& coils, const VirtualDipole& dipole,
+Matrix<double, 9, kDipole> dipole_derivatives(const field::GeneralDipole<double>& coils, const VirtualDipole& dipole,
                                                      const Vec3<double>& position_m, const Mat3<double>& o);
 
 }  // namespace tricoil::host

@@ -52,7 +52,7 @@ void check_direction(const Vec3<double>& direction) {
 Mat3<double> CoilOrder::matrix() const {
     Mat3<double> m = Mat3<double>::Zero();
     for (std::size_t channel = 0; channel < 3; ++channel) {
-        m(static_cast<Eigen::Index>(channel), coil[channel]) = sign[channel];
+        m(static_cast<Index>(channel), coil[channel]) = sign[channel];
     }
     return m;
 }

@@ -11,6 +11,7 @@
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/signal/demodulator.hpp"
 #include "core/signal/phase_calibration.hpp"
 #include "core/solver/direct.hpp"
@@ -116,7 +117,7 @@ std::vector<Eigen::Matrix3cd> rotate_to_real(const std::vector<BlockColumn>& col
                                              const std::array<double, kSensorCoils>& phases) {
     std::map<int, Eigen::Matrix3cd> matrices;
     for (const auto& [repeat, column] : columns) {
-        for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+        for (Index c = 0; c < kSensorCoils; ++c) {
             const std::complex<double> z(column.in_phase(c), column.quadrature(c));
             matrices[repeat](c, coil_index(column.state)) = z * std::polar(1.0, -phases[static_cast<std::size_t>(c)]);
         }
@@ -139,7 +140,7 @@ void average(const std::vector<Eigen::Matrix3cd>& matrices, CaptureAnalysis& ana
     analysis.quadrature = sign * sum.imag() / n;
     Mat3<double> squares = Mat3<double>::Zero();
     for (const auto& matrix : matrices) {
-        squares += (sign * matrix.real() - analysis.mean).cwiseAbs2();
+        squares += (sign * Mat3<double>(matrix.real()) - analysis.mean).cwiseAbs2();
     }
     analysis.scatter = (squares / (n - 1)).cwiseSqrt();
 }
@@ -148,7 +149,7 @@ void average(const std::vector<Eigen::Matrix3cd>& matrices, CaptureAnalysis& ana
 void detect_sensor(CaptureAnalysis& analysis) {
     const tracking::CommonParams<double> limits;
     const double scatter = std::sqrt(analysis.scatter.squaredNorm() / 9);
-    analysis.singular_values = singular_values(analysis.mean);
+    analysis.singular_values = singular_values(eigen(analysis.mean));
     analysis.determinant = analysis.mean.determinant();
     const auto solution = solver::solve_direct<double>(analysis.mean, 1.0);
     if (!solution.ok()) {

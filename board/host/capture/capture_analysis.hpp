@@ -5,7 +5,7 @@
 #include <string>
 
 #include "board/host/capture/adc_capture.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "core/signal/column.hpp"
 
 namespace tricoil::host {

@@ -14,6 +14,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
 #include "core/calibration/coil_correction.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
@@ -123,9 +124,9 @@ Bands bands_of(const std::vector<std::string>& recordings, const calibration::Ca
 
 void refuse_undetermined(const Mat3<double>& sigma) {
     constexpr double kLargestSigma = 1e-3;  // 0.3 mm at 0.75 m
-    Eigen::Index i = 0;
-    Eigen::Index j = 0;
-    const double worst = sigma.maxCoeff(&i, &j);
+    Index i = 0;
+    Index j = 0;
+    const double worst = eigen(sigma).maxCoeff(&i, &j);
     if (!(worst <= kLargestSigma)) {
         throw InputError(fmt::format(
             "the ratio of the bands is not determined for sensor coil {} and source coil {} (standard deviation {:.2g}); record "

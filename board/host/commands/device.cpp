@@ -239,7 +239,7 @@ int set_mode(const DeviceCommand& command) {
 
 int set_hemisphere(const DeviceCommand& command) {
     protocol::HemisphereRequest request;
-    request.towards = Eigen::Map<const Vec3<double>>(command.towards.data()).cast<float>();
+    request.towards = Vec3<double>(command.towards.data()).cast<float>();
     if (!request.towards.allFinite()) {
         throw InputError("--towards must be three finite numbers: x,y,z in the source frame, or 0,0,0 for unknown");
     }

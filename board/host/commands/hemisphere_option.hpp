@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "board/support/errors.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

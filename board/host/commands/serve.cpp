@@ -396,7 +396,8 @@ void add_serve_command(CLI::App* sub, Action& action) {
         ->check(refuse_empty)
         ->type_name(kFolderType);
     sub->option_defaults()->group("Access");
-    sub->add_flag("--open-controls", command->open_controls, "Everyone may use the controls: coils, hemisphere, recordings");
+    sub->add_flag("--open-controls", command->open_controls,
+                  "Everyone may use the controls: coils, hemisphere, recordings, saved settings of FASTRAK clients");
     sub->add_flag("--read-only", command->read_only, "No controls");
     sub->add_option("--token-file", command->token_file, "Write the link for controls to this file, readable by this user only")
         ->check(refuse_empty)

@@ -9,6 +9,7 @@
 #include "board/host/run/statistics.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/solver/cold_start.hpp"
 
 namespace tricoil::host {
@@ -106,7 +107,7 @@ double unexplained(const std::vector<Vec9>& high, const std::vector<Vec9>& low, 
 void check_alignment(const BandFiles& files, const BandRecording& recording) {
     std::vector<Vec9> high;
     std::vector<Vec9> low;
-    const auto vec = [](const Mat3<double>& m) { return Vec9(Eigen::Map<const Vec9>(m.data())); };
+    const auto vec = [](const Mat3<double>& m) { return Vec9(eigen(m).reshaped()); };
     Vec9 before = Vec9::Zero();
     Vec9 sum = Vec9::Zero();
     std::optional<Vec9> last_mean;

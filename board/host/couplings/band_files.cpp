@@ -40,7 +40,7 @@ Mat3<double> coils(const std::string& path, const nlohmann::json& band, const st
             if (!number.is_number() || !std::isfinite(number.get<double>())) {
                 refuse("must hold finite numbers");
             }
-            m(static_cast<Eigen::Index>(axis), static_cast<Eigen::Index>(coil)) = number.get<double>();
+            m(static_cast<Index>(axis), static_cast<Index>(coil)) = number.get<double>();
         }
     }
     return m;

@@ -9,6 +9,7 @@
 
 #include "core/base/angle_units.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -59,7 +60,7 @@ Vec3<double> non_negative(const Mat3<double>& normal, const Vec3<double>& right)
                 b(i) = 0;
             }
         }
-        const Vec3<double> x = m.ldlt().solve(b);
+        const Vec3<double> x = eigen(m).ldlt().solve(eigen(b));
         const double cost = x.dot(normal * x) - 2 * x.dot(right);
         if (x.allFinite() && x.minCoeff() >= 0 && cost < lowest) {
             lowest = cost;

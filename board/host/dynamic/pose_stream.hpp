@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::host {
 

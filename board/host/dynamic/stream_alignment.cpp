@@ -10,6 +10,7 @@
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/eigen.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -154,12 +155,12 @@ void solve_positions(const PoseStream& tracker, const PoseStream& reference, con
     for (const std::size_t n : samples) {
         const TimedPose& p = tracker.poses()[n];
         const TimedPose r = reference.at(p.time_s + alignment.time_offset_s).pose;
-        Eigen::Matrix<double, 3, 6> row;
+        Matrix<double, 3, 6> row;
         row << (alignment.q_world * r.q).toRotationMatrix(), Mat3<double>::Identity();
         normal += row.transpose() * row;
         right += row.transpose() * (p.position_m - alignment.q_world * r.position_m);
     }
-    const Vec6<double> solution = normal.ldlt().solve(right);
+    const Vec6<double> solution = eigen(normal).ldlt().solve(eigen(right));
     alignment.mount_m = solution.head<3>();
     alignment.world_m = solution.tail<3>();
 }
@@ -178,9 +179,9 @@ struct Residuals {
         StreamAlignment a = start;
         (fixed_offset ? a.lag_s : a.time_offset_s) += fixed_offset ? -x(0) : x(0);
         a.q_world = geometry::rotation_vector_to_quaternion<double>(x.segment<3>(1)) * a.q_world;
-        a.world_m += x.segment<3>(4);
+        a.world_m += Vec3<double>(x.segment<3>(4));
         a.q_mount = geometry::rotation_vector_to_quaternion<double>(x.segment<3>(7)) * a.q_mount;
-        a.mount_m += x.segment<3>(10);
+        a.mount_m += Vec3<double>(x.segment<3>(10));
         return a;
     }
 
@@ -190,10 +191,10 @@ struct Residuals {
         for (std::size_t n = 0; n < samples->size(); ++n) {
             const TimedPose& p = tracker->poses()[(*samples)[n]];
             const TimedPose r = a.applied(*reference, p.time_s - a.lag_s).pose;
-            const auto at = static_cast<Eigen::Index>(6 * n);
-            residuals.segment<3>(at) = p.position_m - r.position_m;
+            const auto at = static_cast<Index>(6 * n);
+            residuals.segment<3>(at) = eigen(p.position_m - r.position_m);
             residuals.segment<3>(at + 3) =
-                kMetresPerRadian * geometry::quaternion_to_rotation_vector<double>(p.q * r.q.conjugate());
+                kMetresPerRadian * eigen(geometry::quaternion_to_rotation_vector<double>(p.q * r.q.conjugate()));
         }
         return true;
     }
@@ -215,7 +216,7 @@ void refuse_different_motions(const PoseStream& tracker, const std::vector<std::
     residuals(parameters, r.data());
     double left = 0;
     for (std::size_t n = 0; n < samples.size(); ++n) {
-        left += r.segment<3>(static_cast<Eigen::Index>(6 * n)).squaredNorm();
+        left += r.segment<3>(static_cast<Index>(6 * n)).squaredNorm();
     }
     if (!(left <= kLargestResidual * kLargestResidual * spread)) {
         throw InputError(fmt::format(

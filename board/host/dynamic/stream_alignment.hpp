@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "board/host/dynamic/pose_stream.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::host {
 

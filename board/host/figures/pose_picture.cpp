@@ -12,6 +12,7 @@
 
 #include "board/pose_text/flag_names.hpp"
 #include "board/support/whole_file.hpp"
+#include "core/linear/eigen.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
@@ -62,14 +63,14 @@ Eigen::AlignedBox3d box_of(const PoseTable& table) {
     for (const auto& [sensor, poses] : table) {
         for (const DrawnPose& pose : poses) {
             if (pose.valid) {
-                box.extend(pose.position_m);
+                box.extend(eigen(pose.position_m));
             }
         }
     }
-    const Vec3<double> centre = box.center();
+    const Eigen::Vector3d centre = box.center();
     const double shortest = std::max(kShortestSide_m, kFlattest * box.sizes().maxCoeff());
-    const Vec3<double> half = kMargin * box.sizes().cwiseMax(shortest);
-    return {Vec3<double>(centre - half), Vec3<double>(centre + half)};
+    const Eigen::Vector3d half = kMargin * box.sizes().cwiseMax(shortest);
+    return {Eigen::Vector3d(centre - half), Eigen::Vector3d(centre + half)};
 }
 
 /// About a third of `range`: 1, 2 or 5 times a power of ten.
@@ -80,7 +81,7 @@ double tick_of(double range) {
 }
 
 /// The path in the plane of x and the axis `vertical` (1: y, 2: z).
-Panel path_panel(const PoseTable& table, const char* title, Eigen::Index vertical) {
+Panel path_panel(const PoseTable& table, const char* title, Index vertical) {
     const Eigen::AlignedBox3d box = box_of(table);
     const char axis = "xyz"[vertical];
     const std::string settings =

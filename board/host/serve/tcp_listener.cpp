@@ -6,6 +6,7 @@
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -18,12 +19,9 @@ namespace {
 
 constexpr int kBacklog = 64;
 
-int port_of(int descriptor) {
-    sockaddr_storage address{};
-    socklen_t size = sizeof address;
-    ::getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size);  // NOLINT: socket interface
-    const auto* v4 = reinterpret_cast<const sockaddr_in*>(&address);          // NOLINT
-    const auto* v6 = reinterpret_cast<const sockaddr_in6*>(&address);         // NOLINT
+int port_of(const sockaddr_storage& address) {
+    const auto* v4 = reinterpret_cast<const sockaddr_in*>(&address);   // NOLINT: socket interface
+    const auto* v6 = reinterpret_cast<const sockaddr_in6*>(&address);  // NOLINT
     return ntohs(address.ss_family == AF_INET6 ? v6->sin6_port : v4->sin_port);
 }
 
@@ -53,6 +51,35 @@ TcpAddress parse_tcp_address(const std::string& option, const std::string& text)
     return address;
 }
 
+void set_connection_options(int listening) {
+    constexpr int kFirstProbe_s = 10;
+    constexpr int kProbePeriod_s = 5;
+    constexpr int kSilence_ms = static_cast<int>(std::chrono::milliseconds(kSilenceLimit).count());
+    const auto set = [listening](int level, int option, int value) {
+        ::setsockopt(listening, level, option, &value, sizeof value);
+    };
+    set(SOL_SOCKET, SO_KEEPALIVE, 1);
+    set(IPPROTO_TCP, TCP_KEEPIDLE, kFirstProbe_s);
+    set(IPPROTO_TCP, TCP_KEEPINTVL, kProbePeriod_s);
+    set(IPPROTO_TCP, TCP_USER_TIMEOUT, kSilence_ms);
+    set(IPPROTO_TCP, TCP_NODELAY, 1);
+}
+
+sockaddr_storage peer_of(int descriptor) {
+    sockaddr_storage address{};
+    socklen_t size = sizeof address;
+    ::getpeername(descriptor, reinterpret_cast<sockaddr*>(&address), &size);  // NOLINT: socket interface
+    return address;
+}
+
+std::string peer_text(int descriptor) {
+    const sockaddr_storage address = peer_of(descriptor);
+    std::array<char, NI_MAXHOST> host{};
+    ::getnameinfo(reinterpret_cast<const sockaddr*>(&address), sizeof address, host.data(), host.size(),  // NOLINT
+                  nullptr, 0, NI_NUMERICHOST);
+    return TcpAddress{host.data(), {}}.text(port_of(address));
+}
+
 TcpListener::TcpListener(const std::string& option, const TcpAddress& address) {
     const std::string name = fmt::format("{} {}", option, address.text(std::stoi(address.port)));
     addrinfo hints{};
@@ -67,6 +94,7 @@ TcpListener::TcpListener(const std::string& option, const TcpAddress& address) {
     descriptor_.reset(::socket(found->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
     const int yes = 1;
     ::setsockopt(descriptor_.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    set_connection_options(descriptor_.get());
     if (::bind(descriptor_.get(), found->ai_addr, found->ai_addrlen) != 0 || ::listen(descriptor_.get(), kBacklog) != 0) {
         const int error = errno;
         if (error == EADDRINUSE) {
@@ -77,16 +105,12 @@ TcpListener::TcpListener(const std::string& option, const TcpAddress& address) {
         }
         throw InputError(fmt::format("{}: cannot listen ({})", name, std::strerror(error)));
     }
-    port_ = port_of(descriptor_.get());
+    sockaddr_storage own{};
+    socklen_t size = sizeof own;
+    ::getsockname(descriptor_.get(), reinterpret_cast<sockaddr*>(&own), &size);  // NOLINT: socket interface
+    port_ = port_of(own);
 }
 
-int TcpListener::accept() const {
-    const int client = ::accept4(descriptor_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    const int yes = 1;
-    if (client >= 0) {
-        ::setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-    }
-    return client;
-}
+int TcpListener::accept() const { return ::accept4(descriptor_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC); }
 
 }  // namespace tricoil::host

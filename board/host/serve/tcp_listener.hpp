@@ -1,6 +1,9 @@
 // Listening TCP port.
 #pragma once
 
+#include <sys/socket.h>
+
+#include <chrono>
 #include <cstdint>
 #include <string>
 
@@ -26,6 +29,17 @@ struct TcpAddress {
 
 /// Throws InputError, beginning with `option`, for an invalid address.
 TcpAddress parse_tcp_address(const std::string& option, const std::string& text);
+
+/// A connection ends if the other machine does not answer, or its program does not read waiting data, for this time.
+inline constexpr std::chrono::seconds kSilenceLimit{30};
+
+/// Sets the options of a listening socket that its connections inherit: no delay of small records, and kSilenceLimit.
+void set_connection_options(int listening);
+
+/// Address of the client at the other end.
+sockaddr_storage peer_of(int descriptor);
+/// As in "127.0.0.1:40312".
+std::string peer_text(int descriptor);
 
 class TcpListener {
 public:

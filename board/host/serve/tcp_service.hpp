@@ -7,6 +7,8 @@
 #include <memory>
 #include <string>
 
+#include "board/host/serve/connection_table.hpp"
+#include "board/host/serve/http_opening.hpp"
 #include "board/host/serve/service.hpp"
 #include "board/host/serve/stream.hpp"
 #include "board/host/serve/tcp_listener.hpp"
@@ -15,15 +17,20 @@
 namespace tricoil::host {
 
 /// Session: has receive(std::span<const char>) and take(std::span<const ServedPose>). The factory gives it the Stream through
-/// which it sends and disconnects.
+/// which it sends and disconnects. A client that begins with an HTTP request is refused, because a page in a browser can send one
+/// to any port and its text must not act as commands; not if Session::kSpeaksHttp exists.
 template <typename Session>
 class TcpService final : public Service {
 public:
-    static constexpr std::size_t kMaxClients = 16;
     using Factory = std::function<std::unique_ptr<Session>(Stream&)>;
 
     TcpService(std::string option, const TcpAddress& address, Factory factory, const StreamLimits& limits = {})
-        : name_(std::move(option)), listener_(name_, address), factory_(std::move(factory)), limits_(limits) {}
+        : name_(std::move(option)),
+          listener_(name_, address),
+          factory_(std::move(factory)),
+          limits_(limits),
+          table_(name_),
+          notice_(name_) {}
 
     /// Prints how many records were dropped.
     ~TcpService() override {
@@ -53,7 +60,7 @@ public:
         accept_client();
         for (const auto& client : clients_) {
             client->stream.flush();
-            if (const auto bytes = client->stream.receive(); !bytes.empty()) {
+            if (const auto bytes = client->stream.receive(); !bytes.empty() && !is_refused(*client, bytes)) {
                 client->session->receive(bytes);
             }
         }
@@ -61,7 +68,6 @@ public:
             dropped_ += client->stream.gone() ? client->stream.dropped() : 0;
             return client->stream.gone();
         });
-        reported_full_ = reported_full_ && clients_.size() == kMaxClients;
     }
 
     void take(std::span<const ServedPose> poses) override {
@@ -74,35 +80,49 @@ private:
     struct Client {
         Client(int descriptor, const StreamLimits& limits) : stream(descriptor, limits) {}
         Stream stream;
+        ConnectionTable::Place place;
         std::unique_ptr<Session> session;
+        std::string opening;  // first bytes
     };
 
     void accept_client() {
-        for (std::size_t n = 0; n < kMaxClients; ++n) {  // further clients in the next round
+        for (std::size_t n = 0; n < ConnectionTable::kMaxClients; ++n) {  // further clients in the next round
             const int descriptor = listener_.accept();
             if (descriptor < 0) {
                 return;
             }
             auto client = std::make_unique<Client>(descriptor, limits_);
-            if (clients_.size() >= kMaxClients) {
-                if (!reported_full_) {
-                    print_notice("tricoil: {}: limit of {} clients reached; new clients are refused\n", name_, kMaxClients);
-                    reported_full_ = true;
-                }
-                continue;
+            client->place = table_.enter(descriptor);
+            if (client->place) {
+                client->session = factory_(client->stream);
+                clients_.push_back(std::move(client));
             }
-            client->session = factory_(client->stream);
-            clients_.push_back(std::move(client));
         }
+    }
+
+    bool is_refused(Client& client, std::span<const char> bytes) {
+        constexpr bool kSpeaksHttp = requires { Session::kSpeaksHttp; };
+        if (kSpeaksHttp || client.opening.size() >= kLongestHttpMethod) {
+            return false;
+        }
+        client.opening.append(bytes.data(), bytes.size());
+        if (!begins_http_request(client.opening)) {
+            return false;
+        }
+        notice_.print(fmt::format("client {} refused: it sends an HTTP request", peer_text(client.stream.descriptor())));
+        client.stream.send(kHttpRefusal);
+        client.stream.disconnect();
+        return true;
     }
 
     std::string name_;
     TcpListener listener_;
     Factory factory_;
     StreamLimits limits_;
+    ConnectionTable table_;
+    LimitedNotice notice_;
     std::vector<std::unique_ptr<Client>> clients_;
     std::uint64_t dropped_ = 0;  // records of clients that have left
-    bool reported_full_ = false;
 };
 
 }  // namespace tricoil::host

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::host {
 

@@ -1,8 +1,8 @@
 #include "board/host/smooth/smoother.hpp"
 
-#include <Eigen/Cholesky>
 
 #include "core/geometry/quaternion_sign.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/tracking/scaat/column_update.hpp"
 #include "core/tracking/scaat/report.hpp"
 
@@ -36,7 +36,7 @@ State<double> step_back(const FilterState<double>& filter, const State<double>& 
     tracking::scaat::propagate(predicted, filter.intensity, next.time);
     Mat12<double> moved = filter.state.covariance;  // F P, with F = [I, dt I; 0, I]
     moved.topRows<6>() += to_seconds(next.time - filter.state.time) * filter.state.covariance.bottomRows<6>();
-    const Mat12<double> gain = predicted.covariance.ldlt().solve(moved).transpose();
+    const Mat12<double> gain = Cholesky<double, 12>(predicted.covariance).solve(moved).transpose();
     State<double> smoothed = filter.state;
     tracking::scaat::correct<double>(smoothed, gain * difference(next, predicted));
     smoothed.covariance += gain * (next.covariance - predicted.covariance) * gain.transpose();

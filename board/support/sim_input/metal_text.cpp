@@ -58,7 +58,7 @@ sim::MetalShape read_shape(CheckedTable& table) {
 Quat<double> read_attitude(CheckedTable& table) {
     const Vec3<double> z = table.vector("axis", Vec3<double>::UnitZ());
     table.require(z.norm() > 0, "axis", "must not be zero");
-    Eigen::Index least = 0;
+    Index least = 0;
     z.cwiseAbs().minCoeff(&least);
     const Vec3<double> edge = table.vector("edge", Vec3<double>::Unit(least));
     const Vec3<double> y = z.normalized().cross(edge);

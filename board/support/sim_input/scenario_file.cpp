@@ -66,7 +66,7 @@ sim::GridParams read_grid(CheckedTable& table) {
     grid.spacing_m = read_place(table, "spacing_m", grid.spacing_m);
     const Vec3<double> nodes = table.vector("nodes", {3, 3, 3});
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double count = nodes(static_cast<Eigen::Index>(axis));
+        const double count = nodes(static_cast<Index>(axis));
         table.require(count >= 1 && count <= kMostNodes && count == std::floor(count), "nodes",
                       "must be three whole numbers, 1 to 100");
         grid.nodes[axis] = static_cast<int>(count);

@@ -137,8 +137,8 @@ bool DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double
         const double share_error = bias_.share().is_ferromagnetic() ? 1 : kShareError;
         estimate.covariance = both + (kMargin - 1) * covariance + share_error * share_error * estimate.covariance;
     } else {
-        estimate.covariance.diagonal().head<3>().array() += position.magnitude * position.magnitude / 3;
-        estimate.covariance.diagonal().tail<3>().array() += rotation.magnitude * rotation.magnitude / 3;
+        estimate.covariance.diagonal().head<3>() += Vec3<double>::Constant(position.magnitude * position.magnitude / 3);
+        estimate.covariance.diagonal().tail<3>() += Vec3<double>::Constant(rotation.magnitude * rotation.magnitude / 3);
     }
     constexpr double kDeviations = 5;
     const double bias_m = position.value.norm();

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::tracking {
 

@@ -200,7 +200,7 @@ std::optional<MetalBiasEstimate> MetalBias::estimate() const {
         const double variance = noise_variance * now.covariance.block<3, 3>(first, first).trace() / 3;
         const Present present = extrapolate(mean, earlier, variance, rests());
         const double by_extrapolation = to_bias.relative_error * to_bias.relative_error * present.bias.squaredNorm() / 3;
-        covariance.diagonal().array() += present.change_variance + by_extrapolation;
+        covariance.diagonal() += Vec3<double>::Constant(present.change_variance + by_extrapolation);
         return Bias{significant_fraction(present.bias, variance) * present.bias,
                     std::sqrt(significant_square(present.bias, variance)), std::sqrt(covariance.trace() / 3)};
     };

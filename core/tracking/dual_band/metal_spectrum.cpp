@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/geometry/cholesky.hpp"
+#include "core/linear/cholesky.hpp"
 
 namespace tricoil::tracking {
 namespace {
@@ -18,9 +18,9 @@ constexpr double kHigh_hz = 10.1e3;
 constexpr std::array<double, kCurrents> kRelaxation_hz{30, 95, 300, 950, 3000, 9500, 30000, 95000, 300000};
 constexpr double kNeighbours = 0.92;  // correlation of the amplitudes of two neighbours
 
-using Currents = Eigen::Matrix<double, kCurrents, 1>;
+using Currents = Matrix<double, kCurrents, 1>;
 /// Rows: the three signals, and the effect on the high band. Columns: relaxation frequencies, for amplitudes of 1.
-using Response = Eigen::Matrix<double, 4, kCurrents>;
+using Response = Matrix<double, 4, kCurrents>;
 
 Response response() {
     const auto in_phase = [](double x) { return x * x / (1 + x * x); };
@@ -36,10 +36,10 @@ Response response() {
 }
 
 /// Least squares with amplitudes of at least zero, one after the other. a: four weighted equations.
-Currents non_negative_least_squares(const Response& a, const Eigen::Vector4d& b) {
+Currents non_negative_least_squares(const Response& a, const Matrix<double, 4, 1>& b) {
     constexpr int kSweeps = 300;
     constexpr double kRidge = 1e-5;  // relative: makes the solution unique
-    Eigen::Matrix<double, kCurrents, kCurrents> normal = a.transpose() * a;
+    Matrix<double, kCurrents, kCurrents> normal = a.transpose() * a;
     normal.diagonal() *= 1 + kRidge;
     const Currents right = a.transpose() * b;
     Currents x = Currents::Zero();
@@ -61,12 +61,12 @@ std::optional<MetalSpectrum> MetalSpectrum::fit(const MetalSignals& ratios, cons
     if (!(variance.maxCoeff() < kMostVariance)) {
         return std::nullopt;
     }
-    Eigen::Vector4d weight;
+    Matrix<double, 4, 1> weight;
     weight << (model_error.cwiseAbs2() + variance).cwiseSqrt().cwiseInverse(), 1 / kEffectError;
-    Eigen::Vector4d measured;
+    Matrix<double, 4, 1> measured;
     measured << ratios, 1;
     const Response weighted = weight.asDiagonal() * response();
-    const Eigen::Vector4d target = weight.cwiseProduct(measured);
+    const Matrix<double, 4, 1> target = weight.cwiseProduct(measured);
     MetalSpectrum spectrum;
     spectrum.ratios_ = ratios;
     spectrum.amplitude_ = non_negative_least_squares(weighted, target);
@@ -78,10 +78,10 @@ std::optional<MetalSpectrum> MetalSpectrum::fit(const MetalSignals& ratios, cons
 
 MetalSpectrum::Extrapolation MetalSpectrum::extrapolate(double effect_variance, const MetalSignals& noise) const {
     const Response effects = response() * amplitude_.asDiagonal();
-    using Correlation = Eigen::Matrix<double, kCurrents, kCurrents>;
+    using Correlation = Matrix<double, kCurrents, kCurrents>;
     const Correlation correlation =
-        Correlation::NullaryExpr([](Eigen::Index m, Eigen::Index n) { return std::pow(kNeighbours, std::abs(m - n)); });
-    const Eigen::Matrix4d covariance = effect_variance * effects * correlation * effects.transpose();
+        Correlation::NullaryExpr([](Index m, Index n) { return std::pow(kNeighbours, std::abs(m - n)); });
+    const Matrix<double, 4, 4> covariance = effect_variance * effects * correlation * effects.transpose();
     Mat3<double> signals = covariance.topLeftCorner<3, 3>();
     // Signals differ from those of the spectrum by the currents' paths: of the high band's part, the difference of the bands
     // shows all but what the low band has in common with it.

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::tracking {
 
@@ -36,7 +36,7 @@ public:
     static constexpr int kCurrents = 9;
 
 private:
-    Eigen::Matrix<double, kCurrents, 1> amplitude_;
+    Matrix<double, kCurrents, 1> amplitude_;
     MetalSignals ratios_;
 };
 

@@ -1,18 +1,18 @@
 // The nine couplings as a vector, and the covariance of the pose that they determine.
 #pragma once
 
-#include "core/geometry/cholesky.hpp"
-#include "core/geometry/types.hpp"
+#include "core/linear/cholesky.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::tracking {
 
-using Vec9 = Eigen::Matrix<double, 9, 1>;
+using Vec9 = Matrix<double, 9, 1>;
 
 /// Of the nine couplings by position (m) and small rotation (rad).
-using PoseJacobian = Eigen::Matrix<double, 9, 6>;
+using PoseJacobian = Matrix<double, 9, 6>;
 
 /// Column by column.
-inline Vec9 vec(const Mat3<double>& m) { return Eigen::Map<const Vec9>(m.data()); }
+inline Vec9 vec(const Mat3<double>& m) { return m.reshaped(); }
 
 /// Covariance of (position, small rotation) for unit noise of each coupling; zero if it is not determined. Computed with lengths
 /// relative to the range, for better conditioning.

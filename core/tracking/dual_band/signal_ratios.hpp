@@ -7,7 +7,7 @@
 namespace tricoil::tracking {
 
 /// Column i: what signal i adds to the nine couplings.
-using SignalCouplings = Eigen::Matrix<double, 9, 3>;
+using SignalCouplings = Matrix<double, 9, 3>;
 
 /// Three of nine couplings are redundant. No pose changes them, so there the effect of the metal on the high band is known, and
 /// the ratio of each signal to it follows by least squares.

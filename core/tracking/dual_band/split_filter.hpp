@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil::tracking {
 
@@ -86,8 +86,8 @@ private:
     // The sum, not the motion, is a state: its variance is small by itself, not as a difference of large ones.
     // kThisLine, kLastLine: mean bias during that line.
     enum State : int { kSum, kSumRate, kBias, kBiasRate, kThisLine, kLastLine, kStates };
-    using States = Eigen::Matrix<double, kStates, 1>;
-    using Covariance = Eigen::Matrix<double, kStates, kStates>;
+    using States = Matrix<double, kStates, 1>;
+    using Covariance = Matrix<double, kStates, kStates>;
 
     /// Variance of second differences of means over two lines, per process noise and line period cubed: the integral of the
     /// squared second difference of a ramp's means.
@@ -99,8 +99,8 @@ private:
         f(kSum, kSumRate) = f(kBias, kBiasRate) = dt;
         f(kThisLine, kBias) = row_share_;
         f(kThisLine, kBiasRate) = row_share_ * dt;
-        means_ = (f * means_).eval();
-        covariance_ = (f * covariance_ * f.transpose()).eval();
+        means_ = f * means_;
+        covariance_ = f * covariance_ * f.transpose();
         const double both = motion_noise_ + bias_noise_;
         add_noise(kSum, kSum, both);
         add_noise(kBias, kBias, bias_noise_);
@@ -124,8 +124,8 @@ private:
             return;
         }
         const States gain = ph / innovation;
-        means_ += (gain * (measured.transpose() - h.transpose() * means_)).eval();
-        covariance_ -= (gain * ph.transpose()).eval();
+        means_ += gain * (measured.transpose() - h.transpose() * means_);
+        covariance_ -= gain * ph.transpose();
         for (int i = 0; i < kStates; ++i) {  // rounding
             covariance_(i, i) = std::max(covariance_(i, i), 0.0);
         }
@@ -157,7 +157,7 @@ private:
     double line_s_ = 0;
     double motion_noise_ = 0;  // unit^2/s^3
     double bias_noise_ = 0;
-    Eigen::Matrix<double, kStates, 3> means_ = Eigen::Matrix<double, kStates, 3>::Zero();
+    Matrix<double, kStates, 3> means_ = Matrix<double, kStates, 3>::Zero();
     Covariance covariance_ = Covariance::Zero();
     int known_lines_ = 0;
     std::array<Vector, 2> disagreements_{Vector::Zero(), Vector::Zero()};  // of the last two lines, the older first

@@ -47,7 +47,7 @@ Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& st
     auto result = innovation<Scalar>(model, state, around, j, column.in_phase - unmodelled.residual, late_s);
     const bool at_state = &around == static_cast<const Motion<Scalar>*>(&state);
     const Scalar curved = at_state ? second_order_variance<Scalar>(result, column.in_phase.squaredNorm()) : Scalar(0);
-    const Vec3<Scalar> variance = column.sigma.cwiseAbs2().array() + (unmodelled.variance + curved);
+    const Vec3<Scalar> variance = column.sigma.cwiseAbs2() + Vec3<Scalar>::Constant(unmodelled.variance + curved);
     result.set_noise(resolvable_variance<Scalar>(variance, result));
     return result;
 }

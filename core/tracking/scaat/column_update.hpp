@@ -1,7 +1,7 @@
 // Update with one column: innovation, gate quantities and Joseph update.
 #pragma once
 
-#include "core/geometry/cholesky.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/geometry/unrolled.hpp"
 #include "core/tracking/scaat/measurement_model.hpp"
 #include "core/tracking/scaat/propagate.hpp"
@@ -9,9 +9,9 @@
 namespace tricoil::tracking::scaat {
 
 template <typename Scalar>
-using PoseJacobian = Eigen::Matrix<Scalar, 3, 6>;  // of a column with respect to position and small rotation
+using PoseJacobian = Matrix<Scalar, 3, 6>;  // of a column with respect to position and small rotation
 template <typename Scalar>
-using GainMatrix = Eigen::Matrix<Scalar, kErrorStates, 3, Eigen::RowMajor>;
+using GainMatrix = Matrix<Scalar, kErrorStates, 3, Order::by_rows>;
 
 /// Innovation of one column and derived quantities. Coupling units; H has shape 3 x 6 (position, small rotation).
 template <typename Scalar>
@@ -73,7 +73,7 @@ GainMatrix<Scalar> gain_numerator(const Mat12<Scalar>& p, const PoseJacobian<Sca
 
 /// Gain K and, beside it, D of apply().
 template <typename Scalar>
-using GainPair = Eigen::Matrix<Scalar, kErrorStates, 6, Eigen::RowMajor>;
+using GainPair = Matrix<Scalar, kErrorStates, 6, Order::by_rows>;
 
 /// Entry p of row i minus K_i . g_j. apply() must round it everywhere in the same way.
 template <typename Scalar>
@@ -146,7 +146,7 @@ void correct(State<Scalar>& state, const Vec12<Scalar>& error) {
 
 /// Three entries of row i, from column j on, of P -= K G^T + D K^T. gk: these rows of [G K].
 template <typename Scalar>
-Vec3<Scalar> remaining_entries(const Mat12<Scalar>& p, const GainPair<Scalar>& kd, const Eigen::Matrix<Scalar, 3, 6>& gk, int i,
+Vec3<Scalar> remaining_entries(const Mat12<Scalar>& p, const GainPair<Scalar>& kd, const Matrix<Scalar, 3, 6>& gk, int i,
                                int j) {
     Vec3<Scalar> entries;
     for_each_of<3>([&]<int n>() {
@@ -161,7 +161,7 @@ Vec3<Scalar> remaining_entries(const Mat12<Scalar>& p, const GainPair<Scalar>& k
 template <typename Scalar>
 void subtract_products(Mat12<Scalar>& p, const GainPair<Scalar>& kd, const GainMatrix<Scalar>& g) {
     for (int j = 0; j < kErrorStates; j += 3) {
-        Eigen::Matrix<Scalar, 3, 6> gk;
+        Matrix<Scalar, 3, 6> gk;
         for_each_of<3>([&]<int n>() { gk.row(n) << g.row(j + n), kd.row(j + n).template head<3>(); });
         for (int i = 0; i < j; ++i) {
             const Vec3<Scalar> entries = remaining_entries(p, kd, gk, i, j);

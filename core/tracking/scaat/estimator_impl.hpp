@@ -100,7 +100,7 @@ void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& inn
     };
     const Scalar range_squared = state_.position_m.squaredNorm();
     const auto share = [&](int block) -> Mat3<Scalar> {
-        const Eigen::Matrix<Scalar, 3, 3> h = innovation.h.template middleCols<3>(block);
+        const Matrix<Scalar, 3, 3> h = innovation.h.template middleCols<3>(block);
         return innovation.share_of(h * state_.covariance.template block<3, 3>(block, block) * h.transpose());
     };
     Mat3<Scalar> translation = share(0);

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking::scaat {

@@ -126,7 +126,7 @@ void expect_acceleration(State<Scalar>& state, Scalar interval_s, Scalar dt) {
     const Scalar undecayed = 1 + std::min(dt, kLongest_s) / Scalar(kAccelerationMemory_s);
     const Vec3<Scalar> missing = kDelayShare * velocity_delay_s(state.covariance, interval_s) * state.acceleration_m_s2;
     state.velocity_m_s += missing;
-    state.covariance.template block<3, 3>(6, 6).diagonal().array() += missing.squaredNorm() / 3;
+    state.covariance.template block<3, 3>(6, 6).diagonal() += Vec3<Scalar>::Constant(missing.squaredNorm() / 3);
     state.acceleration_m_s2 *= undecayed;
     state.angular_acceleration_rad_s2 *= undecayed;
 }

@@ -63,8 +63,8 @@ template <typename Scalar>
 void cover_blur(PoseEstimate<Scalar>& estimate) {
     const Scalar position_m = estimate.predicted_error->blur.position_m;
     const Scalar rotation_rad = estimate.predicted_error->blur.rotation_rad;
-    estimate.covariance.diagonal().template head<3>().array() += position_m * position_m / 3;
-    estimate.covariance.diagonal().template tail<3>().array() += rotation_rad * rotation_rad / 3;
+    estimate.covariance.diagonal().template head<3>() += Vec3<Scalar>::Constant(position_m * position_m / 3);
+    estimate.covariance.diagonal().template tail<3>() += Vec3<Scalar>::Constant(rotation_rad * rotation_rad / 3);
 }
 
 }  // namespace tricoil::tracking::scaat

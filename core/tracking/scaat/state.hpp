@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/time.hpp"
-#include "core/geometry/quaternion.hpp"
+#include "core/linear/quaternion.hpp"
 #include "core/tracking/body_motion.hpp"
 
 namespace tricoil::tracking::scaat {
@@ -10,9 +10,9 @@ namespace tricoil::tracking::scaat {
 constexpr int kErrorStates = 12;
 
 template <typename Scalar>
-using Vec12 = Eigen::Matrix<Scalar, kErrorStates, 1>;
+using Vec12 = Matrix<Scalar, kErrorStates, 1>;
 template <typename Scalar>
-using Mat12 = Eigen::Matrix<Scalar, kErrorStates, kErrorStates>;
+using Mat12 = Matrix<Scalar, kErrorStates, kErrorStates>;
 
 /// Pose, rates and accelerations, in the source frame.
 template <typename Scalar>

@@ -87,7 +87,7 @@ void draw_sensor(Parts& parts, double expansion, double warmer_k, BoardCircuit& 
     for (std::size_t i = 0; i < kSensorCoils; ++i) {
         board.sensor_m2[i] = circuit_result("coils.sensor_m2") * parts.make(kWinding) * expansion;
         for (int k = 0; k < 3; ++k) {
-            board.sensor_axes(static_cast<Eigen::Index>(i), k) += parts.within(kAngle_rad);
+            board.sensor_axes(static_cast<Index>(i), k) += parts.within(kAngle_rad);
         }
         const double ratios = parts.drift(kPreamplifierDrift) * parts.drift(kPreamplifierDrift);
         board.channels[i].gain = kGain / response_of_low_pass() * parts.make(kPreamplifierMake) * ratios * copper;

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "core/signal/sample_block.hpp"
 #include "sim/virtual_board/coils/converter_error.hpp"
 #include "sim/virtual_board/coils/driven_coil.hpp"

@@ -22,16 +22,16 @@ const std::vector<double>& EddyResponse::tones_hz() {
 }
 
 EddyResponse::EddyResponse() {
-    const auto tones = static_cast<Eigen::Index>(tones_hz().size());
-    Eigen::MatrixXd basis(2 * tones, static_cast<Eigen::Index>(kTerms));
-    for (Eigen::Index k = 0; k < tones; ++k) {
+    const auto tones = static_cast<Index>(tones_hz().size());
+    Eigen::MatrixXd basis(2 * tones, static_cast<Index>(kTerms));
+    for (Index k = 0; k < tones; ++k) {
         basis(k, 0) = 1;
         basis(k + tones, 0) = 0;
         for (std::size_t p = 0; p < kPoles; ++p) {
             const std::complex<double> ratio(0, tones_hz()[static_cast<std::size_t>(k)] / kCorners_hz[p]);
             const std::complex<double> response = ratio / (1.0 + ratio);
-            basis(k, static_cast<Eigen::Index>(p + 1)) = response.real();
-            basis(k + tones, static_cast<Eigen::Index>(p + 1)) = response.imag();
+            basis(k, static_cast<Index>(p + 1)) = response.real();
+            basis(k + tones, static_cast<Index>(p + 1)) = response.imag();
         }
     }
     inverse_ = basis.completeOrthogonalDecomposition().pseudoInverse();
@@ -39,12 +39,12 @@ EddyResponse::EddyResponse() {
 
 EddyResponse::Terms EddyResponse::fit(const std::vector<sim::ComplexMat3>& fields) const {
     Terms terms;
-    const auto tones = static_cast<Eigen::Index>(fields.size());
+    const auto tones = static_cast<Index>(fields.size());
     for (std::size_t p = 0; p < kTerms; ++p) {
         terms[p].setZero();
-        for (Eigen::Index k = 0; k < tones; ++k) {
+        for (Index k = 0; k < tones; ++k) {
             const sim::ComplexMat3& field = fields[static_cast<std::size_t>(k)];
-            const auto row = static_cast<Eigen::Index>(p);
+            const auto row = static_cast<Index>(p);
             terms[p] += inverse_(row, k) * field.real() + inverse_(row, k + tones) * field.imag();
         }
     }

@@ -1,6 +1,7 @@
 // The response of metal to arbitrary coil currents, from its response to sine waves.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <vector>
 

@@ -28,7 +28,7 @@ struct Group {
     std::uint32_t lines;
     int interrupt;
 };
-constexpr std::array<Group, 8> kGroups{
+constexpr std::array<Group, 8> kLineGroups{
     {{0x1, 6}, {0x2, 7}, {0x4, 8}, {0x8, 9}, {0x10, 10}, {0x3E0, 23}, {0xFC00, 40}, {0x10000, 1}}};
 
 }  // namespace
@@ -74,7 +74,7 @@ void Exti::check_pins() {
 
 void Exti::show_interrupts() {
     const std::uint32_t wanted = registers_[exti::kPending] & registers_[exti::kInterruptMask];
-    for (const Group& group : kGroups) {
+    for (const Group& group : kLineGroups) {
         machine_.nvic.set_level(group.interrupt, (wanted & group.lines) != 0);
     }
 }

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 #include "sim/world/metal/object.hpp"
 
 namespace tricoil::sim {

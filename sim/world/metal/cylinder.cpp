@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/linear/eigen.hpp"
+
 namespace tricoil::sim {
 namespace {
 
@@ -123,11 +125,11 @@ CylinderBody::CylinderBody(const Cylinder& cylinder, const Material& material) :
 }
 
 void CylinderBody::do_tune(const std::vector<double>& frequencies_hz) {
-    const auto nodes = static_cast<Eigen::Index>(node_m_.size());
+    const auto nodes = static_cast<Index>(node_m_.size());
     const double b = cylinder_.diameter_m / 2;
     const double step = cylinder_.length_m / static_cast<double>(nodes - 1);
     Eigen::MatrixXd differences = Eigen::MatrixXd::Zero(nodes, nodes);  // second differences along the chain of nodes
-    for (Eigen::Index i = 0; i + 1 < nodes; ++i) {
+    for (Index i = 0; i + 1 < nodes; ++i) {
         differences.block<2, 2>(i, i) += (Eigen::Matrix2d() << 1, -1, -1, 1).finished();
     }
     tones_.clear();
@@ -156,11 +158,11 @@ Vec3<double> CylinderBody::far_enough(const Vec3<double>& place_m) const {
 
 void CylinderBody::do_place_source(const Vec3<double>& place_m) {
     const Vec3<double> source_m = far_enough(place_m);
-    const auto nodes = static_cast<Eigen::Index>(node_m_.size());
+    const auto nodes = static_cast<Index>(node_m_.size());
     Eigen::MatrixX3d applied(nodes, 3);
-    for (Eigen::Index i = 0; i < nodes; ++i) {
+    for (Index i = 0; i < nodes; ++i) {
         const Vec3<double> r = Vec3<double>(0, 0, node_m_[static_cast<std::size_t>(i)]) - source_m;
-        applied.row(i) = r.transpose() / std::pow(r.norm(), 3);
+        applied.row(i) = eigen(r / std::pow(r.norm(), 3)).transpose();
     }
     fields_.clear();
     for (const double z : piece_m_) {
@@ -187,7 +189,7 @@ void CylinderBody::do_add_field(const Vec3<double>& place_m, std::span<ComplexMa
         const Vec3<double> r = sensor_m - Vec3<double>(0, 0, node_m_[i]);
         const Vec3<double> per_pole = r / std::pow(r.norm(), 3);
         for (std::size_t k = 0; k < fields.size(); ++k) {
-            fields[k] += per_pole.cast<Complex>() * poles_[k].row(static_cast<Eigen::Index>(i));
+            fields[k] += ComplexMat3(eigen(per_pole).cast<Complex>() * poles_[k].row(static_cast<Index>(i)));
         }
     }
 }

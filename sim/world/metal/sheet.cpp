@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/linear/eigen.hpp"
+
 namespace tricoil::sim {
 namespace {
 
@@ -25,7 +27,7 @@ Eigen::MatrixX3d cell_means(const PlateGrid& grid, const Vec3<double>& place_m, 
     const double x = grid.cell_x_m / (2 * std::numbers::sqrt3);
     const double y = grid.cell_y_m / (2 * std::numbers::sqrt3);
     Eigen::MatrixX3d means(grid.centres_m.rows(), 3);
-    for (Eigen::Index c = 0; c < means.rows(); ++c) {
+    for (Index c = 0; c < means.rows(); ++c) {
         const Vec3<double> r = Vec3<double>(grid.centres_m(c, 0), grid.centres_m(c, 1), 0) - place_m;
         means.row(c) = (function(r + Vec3<double>(x, y, 0)) + function(r + Vec3<double>(x, -y, 0)) +
                         function(r + Vec3<double>(-x, y, 0)) + function(r + Vec3<double>(-x, -y, 0))) /
@@ -83,7 +85,7 @@ Eigen::MatrixX3d SheetBody::flux_drive(const Vec3<double>& place_m) const {
     return cell_means(currents_.grid, place_m, [area](const Vec3<double>& r) -> Eigen::RowVector3d {
         const double squared = r.squaredNorm();
         const double inverse_cube = area / (squared * std::sqrt(squared));
-        return inverse_cube * (3 * r.z() / squared * r.transpose() - Vec3<double>::UnitZ().transpose());
+        return eigen(inverse_cube * (3 * r.z() / squared * r - Vec3<double>::UnitZ())).transpose();
     });
 }
 
@@ -91,7 +93,7 @@ Eigen::MatrixX3d SheetBody::flux_drive(const Vec3<double>& place_m) const {
 Eigen::MatrixX3d SheetBody::potential_drive(const Vec3<double>& place_m) const {
     return cell_means(poles_.grid, place_m, [](const Vec3<double>& r) -> Eigen::RowVector3d {
         const double squared = r.squaredNorm();
-        return r.transpose() / (squared * std::sqrt(squared));
+        return eigen(r / (squared * std::sqrt(squared))).transpose();
     });
 }
 
@@ -113,7 +115,7 @@ void SheetBody::do_add_field(const Vec3<double>& sensor_m, std::span<ComplexMat3
     const Eigen::MatrixX3d potential = potential_drive(far_enough(sensor_m));
     for (std::size_t k = 0; k < fields.size(); ++k) {
         fields[k] +=
-            flux.cast<Complex>().transpose() * cell_currents_[k] - potential.cast<Complex>().transpose() * cell_poles_[k];
+            ComplexMat3(flux.cast<Complex>().transpose() * cell_currents_[k] - potential.cast<Complex>().transpose() * cell_poles_[k]);
     }
 }
 

@@ -79,7 +79,7 @@ Mat3<double> coupling_matrix(const RealTriads& triads, const Vec3<double>& posit
         const WoundCoilParams placed = moved(triads.sensor[i], position_m, o.transpose());
         const auto sensor = filaments_of(placed);
         for (std::size_t j = 0; j < 3; ++j) {
-            x(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            x(static_cast<Index>(i), static_cast<Index>(j)) =
                 triads.coupling_constant * winding_scale(triads.source[j], placed) * mutual_coupling(source[j], sensor);
         }
     }
@@ -116,7 +116,7 @@ std::string ilemt_text(const RealTriads& triads, const StageParams& stage, int s
             const double sigma = stage.noise_share * x.cwiseAbs().maxCoeff();
             text +=
                 fmt::format("{:.5f}\t{:.5f}\t{:.5f}\t0.00000\t0.00000\t{:.5f}", 1e3 * t.x(), 1e3 * t.y(), 1e3 * t.z(), turn_deg);
-            for (Eigen::Index k = 0; k < 9; ++k) {
+            for (Index k = 0; k < 9; ++k) {
                 const double value = x(k / 3, k % 3) + sigma * normal(random);
                 text += fmt::format("\t{:+.12f}{:+.12f}i", value, 1e-6 * value);
             }

@@ -44,11 +44,11 @@ void prepare(int run) {
     const Mat3<float> attitude_before = attitude * turn;
     inputs.x.exponent = kCodeExponent;
     inputs.previous.range_m = fixed::Metres::from_raw(static_cast<std::int32_t>(range * 268435456.0F));
-    for (Eigen::Index i = 0; i < 9; ++i) {
+    for (Index i = 0; i < 9; ++i) {
         inputs.x.mantissa(i) = static_cast<std::int32_t>(x(i) * 8192.0F);
         inputs.previous.attitude(i) = unit(attitude_before(i));
     }
-    for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Index i = 0; i < 3; ++i) {
         inputs.previous.direction(i) = unit(before(i));
     }
     inputs.angle.turns = 357'913'941U * static_cast<std::uint32_t>(run);

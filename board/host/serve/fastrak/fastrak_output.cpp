@@ -46,8 +46,10 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
     memory->saved.continuous = continuous;
     const bool is_tcp = where.starts_with("tcp:");
     const bool may_control = controls == Controls::open || (controls == Controls::by_token && !is_tcp);
+    memory->is_shared = controls == Controls::open || !is_tcp;
     auto make_session = [memory, may_control, &hub, &control, &button](std::function<void(std::string_view)> send,
-                                                                       const std::function<void(int)>& line_speed = {}) {
+                                                                       const std::function<void(int)>& line_speed = {},
+                                                                       std::function<void(std::string_view)> changed = {}) {
         SessionLinks links{
             std::move(send), {}, [&hub] { return hub.sensors(); }, line_speed, [&button] { return button.state(); }};
         if (may_control) {
@@ -55,7 +57,11 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
                 control.set_hemisphere(sensor, towards);
             };
         }
-        auto session = std::make_unique<Session>(std::move(links), memory);
+        if (changed) {
+            links.changed = std::move(changed);
+        }
+        auto session =
+            std::make_unique<Session>(std::move(links), memory->is_shared ? memory : std::make_shared<Memory>(*memory));
         session->set_newest(hub.newest());
         return session;
     };
@@ -93,9 +99,15 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
     }
     if (kind == "tcp" && !rest.empty()) {
         const TcpAddress address = parse_tcp_address(kOption, rest);
+        auto notice = std::make_shared<LimitedNotice>(kOption);
         auto service = std::make_unique<TcpService<Session>>(
             kOption, address,
-            [make_session](Stream& stream) { return make_session([&stream](std::string_view record) { stream.send(record); }); },
+            [make_session, notice](Stream& stream) {
+                return make_session([&stream](std::string_view record) { stream.send(record); }, {},
+                                    [notice, client = peer_text(stream.descriptor())](std::string_view what) {
+                                        notice->print(fmt::format("client {} changed {}", client, what));
+                                    });
+            },
             kUnstamped);
         const int port = service->port();
         return {std::move(service), address.text(port)};

@@ -50,7 +50,7 @@ Vec3<double> euler_deg(const Pose& pose) {
 bool is_outside(const Vec3<double>& values, const Envelope& limits) {
     constexpr double kRounding = 1e-9;  // of limits that were given in inches, and of angles at 180 degrees
     for (std::size_t n = 0; n < 3; ++n) {
-        const double value = values[static_cast<Eigen::Index>(n)];
+        const double value = values[static_cast<Index>(n)];
         if (value > limits[n] + kRounding || value < limits[n + 3] - kRounding) {
             return true;
         }

@@ -93,10 +93,12 @@ bool Session::at_once(char c) {
         case 'F':
         case 'f':
             settings_.binary = c == 'f';
+            settings_changed(c);
             return true;
         case 'U':
         case 'u':
             settings_.centimetres = c == 'u';
+            settings_changed(c);
             return true;
         case 'P':
             answer_all();
@@ -107,14 +109,17 @@ bool Session::at_once(char c) {
         case 'D':
         case 'd':
             settings_.metal_compensation = c == 'D';
+            settings_changed(c);
             return true;
         case 'W':
             settings_ = Settings{};
+            settings_changed(c);
             return true;
         case 'Y':  // not in the manual; VRPN sends it to end the point mode of other devices
             return true;
         case kControlK:
             memory_->saved = settings_;
+            links_.changed(memory_->is_shared ? "saved settings (^K) for later clients" : "saved settings (^K) of its session");
             return true;
         case kControlY:
             restart();
@@ -139,6 +144,12 @@ void Session::restart() {
     }
 }
 
+void Session::settings_changed(char command) {
+    if (!std::exchange(is_changed_, true)) {
+        links_.changed(fmt::format("settings ({}) of its session", command));
+    }
+}
+
 void Session::run(const std::string& command) {
     const Arguments arguments(command);
     const char letter = command.front();
@@ -156,7 +167,9 @@ void Session::run(const std::string& command) {
             break;
     }
     const std::string record = execute_setting(settings_, letter, arguments);
-    if (!record.empty()) {
+    if (record.empty()) {
+        settings_changed(letter);
+    } else {
         links_.send(record);
     }
     if (letter == 'o' && links_.line_speed) {
@@ -303,6 +316,7 @@ void Session::hemisphere(const Arguments& arguments) {
     s.hemisphere = arguments.vector(1, s.hemisphere, kLongest);
     if (!s.hemisphere.isZero()) {  // zero selects hemisphere tracking (manual), the default of this tracker
         links_.hemisphere(static_cast<std::uint8_t>(number - 1), s.hemisphere);
+        links_.changed(fmt::format("the hemisphere of station {} for all clients", number));
     }
 }
 
@@ -314,7 +328,10 @@ void Session::boresight(const Arguments& arguments, bool on) {
         s.frame.q_sensor_boresight = Quat<double>::Identity();
     } else if (pose && pose->valid()) {
         tracking::boresight(s.frame, mounted(number).q_source_sensor, attitude_of(s.boresight_reference_deg));
+    } else {
+        return;
     }
+    settings_changed(on ? 'B' : 'b');
 }
 
 void Session::active(const Arguments& arguments) {
@@ -333,6 +350,7 @@ void Session::active(const Arguments& arguments) {
         arguments.refuse(1, CommandError::out_of_range);
     }
     station(number).active = *wanted == 1;
+    settings_changed('l');
 }
 
 /// Information: one digit per station, 1 if the error is present. Errors disappear with their cause, so none is cleared.

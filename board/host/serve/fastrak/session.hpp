@@ -12,9 +12,10 @@
 
 namespace tricoil::host::fastrak {
 
-/// Settings that ^K saves. All sessions of one output share them. They last until the program ends.
+/// Settings that ^K saves. If it is shared, later sessions start with them; otherwise it belongs to one session.
 struct Memory {
     Settings saved;
+    bool is_shared = true;
 };
 
 class Arguments;
@@ -25,6 +26,8 @@ struct SessionLinks {
     std::function<int()> sensors;                                              // number of tracked sensors
     std::function<void(int baud)> line_speed;  // changes the speed of a serial port; 0: as it was opened; empty: no serial port
     std::function<StylusButton::State()> button;  // of the stylus of station 1; empty: never pressed
+    /// What the client has changed, for a notice; of the settings only the first change of a session.
+    std::function<void(std::string_view)> changed = [](std::string_view) {};
 };
 
 /// Commands C c P S F f U u D d W Y ^K ^Y ^Q ^S act at once. The others have arguments and end with CR, LF or CR LF. Unknown
@@ -55,6 +58,7 @@ private:
     void byte(char c);
     bool at_once(char c);
     void run(const std::string& command);
+    void settings_changed(char command);
     void restart();
     void answer_all();
     void answer_moved();
@@ -85,6 +89,7 @@ private:
     std::array<Newest, kStations> newest_;
     std::string command_;  // incomplete command
     StylusButton::State button_;
+    bool is_changed_ = false;   // a setting, by the client
     bool is_pressed_ = false;   // item 16
     HostTime next_press_{};     // earlier presses are ignored
     bool interrupted_ = false;  // by the button: no records of the continuous mode

@@ -61,7 +61,7 @@ std::string alignment(Settings& settings, const Arguments& arguments) {
     if (arguments.count_from(1) == 0) {
         std::array<double, 9> values{};
         for (std::size_t n = 0; n < values.size(); ++n) {
-            values[n] = scale * s.alignment_m[n / 3][static_cast<Eigen::Index>(n % 3)];
+            values[n] = scale * s.alignment_m[n / 3][static_cast<Index>(n % 3)];
         }
         return values_record(number, 'A', values);
     }

@@ -136,9 +136,11 @@ bool GuardedHttpServer::bind(const std::string& host, int port) {
     return bind_to_port(host, port) && ::listen(svr_sock_, kBacklog) == 0;
 }
 
-void GuardedHttpServer::keep_this_connection() {
+int GuardedHttpServer::keep_this_connection() {
     const std::lock_guard lock(mutex_);
-    connections_[std::this_thread::get_id()].kept = true;
+    Connection& connection = connections_[std::this_thread::get_id()];
+    connection.kept = true;
+    return connection.socket;
 }
 
 void GuardedHttpServer::disconnect() {

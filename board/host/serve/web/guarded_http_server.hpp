@@ -27,8 +27,8 @@ public:
     /// Listens on the port; false on failure. The backlog has room for simultaneous clients, because a client that finds it full
     /// tries again only after a second.
     bool bind(const std::string& host, int port);
-    /// A handler calls it to protect its connection from replacement.
-    void keep_this_connection();
+    /// A handler calls it to protect its connection from replacement. Returns the descriptor.
+    int keep_this_connection();
     /// Disconnects all present and future connections.
     void disconnect();
 

@@ -130,6 +130,10 @@ std::string_view value_of(std::string_view reduced, std::string_view name) {
     return at == std::string_view::npos ? std::string_view() : take_line(reduced = reduced.substr(at + begin.size()));
 }
 
+bool is_from_other_page(std::string_view fetch_site) {
+    return !fetch_site.empty() && fetch_site != "same-origin" && fetch_site != "none";  // none: the user entered the address
+}
+
 std::string refusal_answer(const RequestHead& head, std::string_view further_fields) {
     const std::string body = nlohmann::json{{"answer", head.reason}}.dump();
     return fmt::format(

@@ -14,12 +14,13 @@
 #include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/pose_event.hpp"
 #include "board/host/serve/web/recording_library.hpp"
+#include "board/host/serve/web/request_head.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host::web {
 namespace {
 
-static_assert(WebServer::kMaxStreams < GuardedHttpServer::kMaxConnections);  // leaves connections for other requests
+static_assert(ConnectionTable::kMaxClients < GuardedHttpServer::kMaxConnections);  // leaves connections for other requests
 constexpr std::chrono::milliseconds kPeriod{33};              // pause after an event; limits the rate at which a page gets poses
 constexpr std::chrono::milliseconds kIdleEventInterval{500};  // longest wait for a pose before an event without poses
 constexpr std::size_t kMaxRequestBytes = 1024;
@@ -35,7 +36,8 @@ struct Reader {
     const TrackerControl& control;
     RecordingSwitch& recordings;
     std::string controls;
-    const std::atomic<int>& pages;
+    const ConnectionTable& pages;
+    ConnectionTable::Place place;
     PoseHub::Cursor cursor;
     nlohmann::ordered_json hello;  // null after the first event
     std::vector<ServedPose> poses;
@@ -51,8 +53,10 @@ struct Reader {
         }
         LinkHealth health = hub.health();
         health.counts.dropped += cursor.missed;  // by this page
-        const std::string event = pose_event(
-            poses, {control.running(), recordings.status(), controls, pages, utc_now(), health, hub.confinement()}, hello);
+        const std::string event = pose_event(poses,
+                                             {control.running(), recordings.status(), controls, static_cast<int>(pages.size()),
+                                              utc_now(), health, hub.confinement()},
+                                             hello);
         hello = nullptr;
         if (!sink.write(event.data(), event.size())) {
             return false;
@@ -85,7 +89,7 @@ std::string execute_request(const nlohmann::json& request, TrackerControl& contr
         Vec3<double> towards;
         for (std::size_t n = 0; n < 3; ++n) {
             const auto& number = request["hemisphere"][n];
-            towards[static_cast<Eigen::Index>(n)] =
+            towards[static_cast<Index>(n)] =
                 number.is_number() ? number.get<double>() : std::numeric_limits<double>::quiet_NaN();
         }
         const auto sensor = request.value("sensor", nlohmann::json(0));
@@ -115,6 +119,7 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
     s.set_socket_options([](socket_t socket) {
         const int yes = 1;
         ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+        set_connection_options(socket);
     });
     s.set_payload_max_length(kMaxRequestBytes);
     s.set_exception_handler([](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
@@ -173,23 +178,31 @@ std::string WebServer::control_url() const {
 
 bool WebServer::is_ours(const httplib::Request& request) const {
     const std::string host = request.get_header_value("Host");
+    const bool may_be_linked = request.path == "/";  // a link on another page may lead to the live page
     return is_own_name(host, address_, port_, access_.names) &&
+           (may_be_linked || !is_from_other_page(request.get_header_value("Sec-Fetch-Site"))) &&
            (!request.has_header("Origin") || request.get_header_value("Origin") == "http://" + host);
 }
 
 void WebServer::stream(httplib::Response& response) {
-    if (++streams_ > kMaxStreams) {
-        --streams_;
-        answer(response, 503, fmt::format("limit of {} pages reached", kMaxStreams));
+    auto place = streams_.enter(server_->keep_this_connection());
+    if (!place) {
+        answer(response, 503, "too many pages are open");
         return;
     }
-    server_->keep_this_connection();
-    auto reader = std::make_shared<Reader>(Reader{
-        hub_, control_, recordings_, to_text(access_.controls), streams_, hub_.cursor(), greeting(recordings_.source()), {}, {}});
+    auto reader = std::make_shared<Reader>(Reader{hub_,
+                                                  control_,
+                                                  recordings_,
+                                                  to_text(access_.controls),
+                                                  streams_,
+                                                  std::move(place),
+                                                  hub_.cursor(),
+                                                  greeting(recordings_.source()),
+                                                  {},
+                                                  {}});
     response.set_header("Cache-Control", "no-store");
-    response.set_chunked_content_provider(
-        "text/event-stream", [reader](std::size_t, httplib::DataSink& sink) { return reader->send(sink); },
-        [this](bool) { --streams_; });
+    response.set_chunked_content_provider("text/event-stream",
+                                          [reader](std::size_t, httplib::DataSink& sink) { return reader->send(sink); });
 }
 
 bool WebServer::is_permitted(const httplib::Request& request, httplib::Response& response, const char* what) const {

@@ -1,12 +1,12 @@
 // Server of the live page: one embedded file, a stream of poses, and control requests.
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <string>
 #include <thread>
 
 #include "board/host/serve/access.hpp"
+#include "board/host/serve/connection_table.hpp"
 #include "board/host/serve/pose_hub.hpp"
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/stylus_button.hpp"
@@ -27,8 +27,6 @@ class GuardedHttpServer;
 /// a hostile page in the same browser has no access.
 class WebServer {
 public:
-    static constexpr int kMaxStreams = 16;
-
     /// Starts to listen. The referenced objects must outlive this one. Throws InputError, naming --web, for an address
     /// that this machine does not have or a port that needs root, DeviceError for a port in use.
     WebServer(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings,
@@ -57,7 +55,7 @@ private:
     TrackerControl& control_;
     RecordingSwitch& recordings_;
     StylusButton& button_;
-    std::atomic<int> streams_ = 0;
+    ConnectionTable streams_{"--web"};
     std::unique_ptr<GuardedHttpServer> server_;
     std::thread thread_;
 };

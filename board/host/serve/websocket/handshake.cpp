@@ -15,8 +15,9 @@
 namespace tricoil::host::websocket {
 namespace {
 
-constexpr std::array kHandshakeFields{web::HeadField{"origin"}, web::HeadField{"upgrade"}, web::HeadField{"connection"},
-                                      web::HeadField{"sec-websocket-version"}, web::HeadField{"sec-websocket-key"}};
+constexpr std::array kHandshakeFields{
+    web::HeadField{"origin"},     web::HeadField{"sec-fetch-site"},        web::HeadField{"upgrade"},
+    web::HeadField{"connection"}, web::HeadField{"sec-websocket-version"}, web::HeadField{"sec-websocket-key"}};
 
 HandshakeAnswer refuse_handshake(int status, std::string reason, std::string_view further_fields = {}) {
     return {false, web::refusal_answer({status, std::move(reason), {}}, further_fields)};
@@ -83,6 +84,9 @@ HandshakeAnswer answer_handshake(std::string_view head, const std::vector<std::s
         return refuse_handshake(400, "Sec-WebSocket-Key is missing or malformed");
     }
     const std::string_view origin = field("origin");
+    if (origin.empty() && web::is_from_other_page(field("sec-fetch-site"))) {
+        return refuse_handshake(403, "request of a page without its origin");
+    }
     if (!origin.empty() && std::find(origins.begin(), origins.end(), origin) == origins.end()) {
         return refuse_handshake(
             403, fmt::format("pages of {} may not connect; to permit them, use --allow-origin {}", origin, origin));

@@ -82,6 +82,9 @@ void Session::send_frames() {
 }
 
 void Session::take(std::span<const ServedPose> poses) {
+    if (!protocol_ && std::chrono::steady_clock::now() - came_ > kHandshakeLimit) {
+        stream_.disconnect();
+    }
     for (const ServedPose& served : poses) {
         if (!protocol_ || stream_.gone()) {
             return;

@@ -22,6 +22,8 @@ inline constexpr StreamLimits kLimits{std::chrono::hours(24), 256 * 1024};
 /// the client are ignored. A client that reads too slowly misses whole messages.
 class Session {
 public:
+    static constexpr bool kSpeaksHttp = true;
+    static constexpr std::chrono::seconds kHandshakeLimit{5};  // a client without a complete handshake is disconnected
     static constexpr std::size_t kLongestHead = 16 * 1024;     // of the handshake, in bytes
     static constexpr std::uint64_t kLongestFrame = 64 * 1024;  // from the client
 
@@ -41,6 +43,7 @@ private:
 
     Stream& stream_;
     const std::vector<std::string>& origins_;
+    std::chrono::steady_clock::time_point came_ = std::chrono::steady_clock::now();
     std::string received_;                                    // not yet processed
     std::string frames_;                                      // complete frames for the client
     std::unique_ptr<wslay_event_context, Release> protocol_;  // null before the handshake

@@ -4,21 +4,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/geometry/types.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil {
 
-/// A = L L^T of a symmetric N x N matrix. Eigen's factorisation is not used: for fixed sizes it calls its code for dynamic sizes,
-/// which refers to malloc and takes a third of a filter's compile time.
+/// A = L L^T of a symmetric N x N matrix.
 template <typename Scalar, int N>
 class Cholesky {
 public:
-    using Matrix = Eigen::Matrix<Scalar, N, N>;
-    using Vector = Eigen::Matrix<Scalar, N, 1>;
+    using Square = Matrix<Scalar, N, N>;
+    using Vector = Matrix<Scalar, N, 1>;
 
     Cholesky() = default;
     /// Reads the lower triangle. ok() is false if `a` is not positive definite; the factor is then unusable.
-    explicit Cholesky(const Matrix& a) {
+    explicit Cholesky(const Square& a) {
         for (int k = 0; k < N; ++k) {
             Scalar squares = 0;
             for (int j = 0; j < k; ++j) {
@@ -44,8 +43,8 @@ public:
 
     /// L^-1 B, column by column.
     template <int Columns>
-    [[nodiscard]] Eigen::Matrix<Scalar, N, Columns> solve_lower(const Eigen::Matrix<Scalar, N, Columns>& b) const {
-        Eigen::Matrix<Scalar, N, Columns> x;
+    [[nodiscard]] Matrix<Scalar, N, Columns> solve_lower(const Matrix<Scalar, N, Columns>& b) const {
+        Matrix<Scalar, N, Columns> x;
         for (int j = 0; j < Columns; ++j) {
             Vector column = b.col(j);
             forward<0>(column);
@@ -56,8 +55,8 @@ public:
 
     /// A^-1 B, column by column.
     template <int Columns>
-    [[nodiscard]] Eigen::Matrix<Scalar, N, Columns> solve(const Eigen::Matrix<Scalar, N, Columns>& b) const {
-        Eigen::Matrix<Scalar, N, Columns> x;
+    [[nodiscard]] Matrix<Scalar, N, Columns> solve(const Matrix<Scalar, N, Columns>& b) const {
+        Matrix<Scalar, N, Columns> x;
         for (int j = 0; j < Columns; ++j) {
             Vector column = b.col(j);
             forward<0>(column);
@@ -84,7 +83,7 @@ private:
         }
     }
 
-    /// Sum of term(j) for j in [Begin, End), in Eigen's order of addition (recursive halves).
+    /// Sum of term(j) for j in [Begin, End), from the last to the first.
     template <int Begin, int End, typename Term>
     static Scalar sum(const Term& term) {
         if constexpr (Begin >= End) {
@@ -92,12 +91,11 @@ private:
         } else if constexpr (End - Begin == 1) {
             return term(Begin);
         } else {
-            constexpr int kHalf = Begin + (End - Begin) / 2;
-            return sum<Begin, kHalf>(term) + sum<kHalf, End>(term);
+            return term(Begin) + sum<Begin + 1, End>(term);
         }
     }
 
-    Matrix l_;  // only the lower triangle is used
+    Square l_;  // only the lower triangle is used
     bool ok_ = false;
 };
 

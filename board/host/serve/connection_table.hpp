@@ -1,0 +1,44 @@
+// Connected clients of one TCP output, with a limit of their number.
+#pragma once
+
+#include <chrono>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "board/host/serve/limited_notice.hpp"
+
+namespace tricoil::host {
+
+/// If the limit is reached, in total or for one address, the client that has been sent nothing for longest, because it does not
+/// read or requests nothing, is disconnected to make room, but not before kReplaceable. If there is none, the new client is
+/// refused. Several threads may use it.
+class ConnectionTable {
+public:
+    static constexpr std::size_t kMaxClients = 24;
+    static constexpr std::size_t kMaxOfOneAddress = 16;
+    static constexpr std::chrono::milliseconds kReplaceable{2000};
+    /// Keeps a place. It must end before its descriptor is closed.
+    using Place = std::shared_ptr<const void>;
+
+    /// name: of the output, for notices.
+    explicit ConnectionTable(std::string name) : notice_(std::move(name)) {}
+
+    /// Place for the client of this descriptor; null, with a notice, if it is refused.
+    [[nodiscard]] Place enter(int descriptor);
+    [[nodiscard]] std::size_t size() const;
+
+private:
+    struct Client {
+        int descriptor = -1;
+        std::string address;
+        bool leaving = false;
+    };
+
+    mutable std::mutex mutex_;
+    std::list<Client> clients_;
+    LimitedNotice notice_;
+};
+
+}  // namespace tricoil::host
