@@ -88,8 +88,8 @@ TEST(Manual, APageForEachCommandWithItsOptions) {
     std::filesystem::create_directories(folder);
     ASSERT_EQ(tricoil("__manual " + folder).exit_code, 0);
     const auto parts = std::filesystem::path(TRICOIL_PROGRAM).parent_path().parent_path() / "libexec/tricoil";
-    for (const auto& part : std::filesystem::directory_iterator(parts)) {
-        ASSERT_EQ(std::system((part.path().string() + " __manual " + folder).c_str()), 0) << part.path();
+    for (const char* part : {"tricoil-serve", "tricoil-tools", "tricoil-calibration"}) {
+        ASSERT_EQ(std::system(((parts / part).string() + " __manual " + folder).c_str()), 0) << part;
     }
     const std::string overview = read_file(folder + "/tricoil.1");
     for (const std::string& name : command_names()) {

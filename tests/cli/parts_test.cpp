@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 constexpr const char* kParts[] = {"tricoil-serve", "tricoil-tools", "tricoil-calibration"};
-constexpr const char* kCommands[] = {"serve --help", "selfcheck", "calibrate --help", "__complete evaluate --",
+constexpr const char* kCommands[] = {"serve --help", "selfcheck --help", "calibrate --help", "__complete evaluate --",
                                      "help device watch"};
 
 /// A folder with look-alikes of all parts, directly and in the folders in which the program could look.
