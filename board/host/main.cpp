@@ -6,7 +6,7 @@
 #include <string>
 
 #include "board/host/build_commit.hpp"
-#include "board/host/program.hpp"
+#include "board/host/commands/program.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/memory_reserve.hpp"
 #include "board/support/terminal_text.hpp"
