@@ -1,11 +1,12 @@
-// The `tricoil` program: runs one subcommand, prints errors as one line.
+// main() of the executables of the `tricoil` program: runs one command, prints errors as one line.
 #include <csignal>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <string>
 
 #include "board/host/build_commit.hpp"
-#include "board/host/program.hpp"
+#include "board/host/commands/program.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/memory_reserve.hpp"
 #include "board/support/terminal_text.hpp"
@@ -25,7 +26,9 @@ int report(int code, const char* line) {
 int run_to_the_end(int argc, char** argv) {
     tricoil::host::ignore_broken_pipe();
     tricoil::host::ProgramIdentity identity;
-    identity.typed_name = argv[0];
+    if (!std::filesystem::path(argv[0]).filename().string().starts_with("tricoil-")) {  // another executable was started directly
+        identity.typed_name = argv[0];
+    }
     if (const std::string commit = tricoil::host::build_commit(); !commit.empty()) {
         identity.version += " (" + commit + ")";
     }

@@ -87,6 +87,10 @@ TEST(Manual, APageForEachCommandWithItsOptions) {
     const std::string folder = path_in_temp("man");
     std::filesystem::create_directories(folder);
     ASSERT_EQ(tricoil("__manual " + folder).exit_code, 0);
+    const auto parts = std::filesystem::path(TRICOIL_PROGRAM).parent_path().parent_path() / "libexec/tricoil";
+    for (const char* part : {"tricoil-serve", "tricoil-tools", "tricoil-calibration"}) {
+        ASSERT_EQ(std::system(((parts / part).string() + " __manual " + folder).c_str()), 0) << part;
+    }
     const std::string overview = read_file(folder + "/tricoil.1");
     for (const std::string& name : command_names()) {
         EXPECT_THAT(overview, HasSubstr(".B " + name + "\n"));

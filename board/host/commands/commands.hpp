@@ -1,7 +1,6 @@
 // Subcommands of the `tricoil` program, one file each.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -9,7 +8,7 @@
 #include <string>
 #include <system_error>
 
-#include "board/host/program.hpp"
+#include "board/host/commands/program.hpp"
 
 namespace tricoil::host {
 

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "board/command_line/help_text.hpp"
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/demo/key_press.hpp"
 #include "board/host/demo/tour.hpp"

@@ -1,4 +1,4 @@
-#include "board/host/program.hpp"
+#include "board/host/commands/program.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
