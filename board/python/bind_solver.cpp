@@ -60,9 +60,8 @@ py::array_t<SolutionRow> solve(const Array& x, const Array& sigma, double coupli
     const double* const matrices = x.data();
     const double* const sigmas = sigma.data();
     const Vec3<double> towards(hemisphere.data());
-    for_rows(x.shape(0), progress, [&](py::ssize_t n) {
-        out[n] = solve_row(RowMajor3(matrices + 9 * n), sigmas[n], coupling_constant, towards);
-    });
+    for_rows(x.shape(0), progress,
+             [&](py::ssize_t n) { out[n] = solve_row(RowMajor3(matrices + 9 * n), sigmas[n], coupling_constant, towards); });
     return rows;
 }
 

@@ -13,9 +13,7 @@ void put(const Quat<double>& q, double (&wxyz)[4]) {
 
 void put(const Vec3<double>& v, double (&xyz)[3]) { copy_rows(v, xyz); }
 
-void put(const Mat6<double>& m, double (&rows)[6][6]) {
-    copy_rows(m, &rows[0][0]);
-}
+void put(const Mat6<double>& m, double (&rows)[6][6]) { copy_rows(m, &rows[0][0]); }
 
 PoseRow to_row(const tracking::PoseEstimate<double>& estimate) {
     PoseRow row;

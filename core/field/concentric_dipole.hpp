@@ -33,7 +33,7 @@ Mat3<Scalar> signal_matrix(CouplingConstant<Scalar> c, const Vec3<Scalar>& posit
 /// One column of X and its derivatives with respect to (position, small rotation), both in the source frame.
 template <typename Scalar>
 struct ColumnModel {
-    Vec3<Scalar> column;                              // coupling units
+    Vec3<Scalar> column;                       // coupling units
     Matrix<Scalar, 3, 3> by_position_per_m;    // d column / d position
     Matrix<Scalar, 3, 3> by_rotation_per_rad;  // d column / d r, attitude q -> exp(r) q
 };
@@ -63,8 +63,7 @@ ColumnModel<Scalar> column_model(CouplingConstant<Scalar> c, const Vec3<Scalar>&
 
 /// Jacobian of vec(X), in column order, with respect to (position, small rotation), source frame: 9 x 6.
 template <typename Scalar>
-Matrix<Scalar, 9, 6> signal_matrix_jacobian(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m,
-                                                   const Mat3<Scalar>& o) {
+Matrix<Scalar, 9, 6> signal_matrix_jacobian(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o) {
     Matrix<Scalar, 9, 6> jacobian;
     for (int j = 0; j < 3; ++j) {
         const ColumnModel<Scalar> model = column_model(c, position_m, o, j);

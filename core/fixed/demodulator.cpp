@@ -103,8 +103,7 @@ BlockMatrix assemble(const std::array<BlockColumn, 3>& columns) {
     for (std::size_t j = 0; j < 3; ++j) {
         const int shift = std::min(x.exponent - bounded_exponent(columns[j].exponent), 62);
         for (Index i = 0; i < 3; ++i) {
-            x.mantissa(i, static_cast<Index>(j)) =
-                static_cast<std::int32_t>(shift_right_rounded(columns[j].in_phase(i), shift));
+            x.mantissa(i, static_cast<Index>(j)) = static_cast<std::int32_t>(shift_right_rounded(columns[j].in_phase(i), shift));
         }
     }
     return x;

@@ -26,8 +26,7 @@ Fixed<Out> dot(const Dense<A>& a, const Dense<B>& b) {
 
 /// Product a b with inner dimension three; each entry is computed by dot().
 template <int Out, typename A, typename B>
-Matrix<Fixed<Out>, A::kRows, B::kColumns> multiply(const Dense<A>& a,
-                                                                               const Dense<B>& b) {
+Matrix<Fixed<Out>, A::kRows, B::kColumns> multiply(const Dense<A>& a, const Dense<B>& b) {
     static_assert(A::kColumns == 3 && B::kRows == 3);
     Matrix<Fixed<Out>, A::kRows, B::kColumns> result;
     for (Index i = 0; i < result.rows(); ++i) {

@@ -1,5 +1,6 @@
-// For programs that use Eigen: matrices and quaternions of the core as Eigen's, without a copy. The other way needs no function: a
-// Matrix or Quaternion is constructed from any fixed-size Eigen expression or quaternion. Nothing in the core includes this file.
+// For programs that use Eigen: matrices and quaternions of the core as Eigen's, without a copy. The other way needs no function:
+// a Matrix or Quaternion is constructed from any fixed-size Eigen expression or quaternion. Nothing in the core includes this
+// file.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,9 +11,9 @@ namespace tricoil {
 
 template <typename Scalar, int Rows, int Columns, Order Storage>
 using EigenMatrix = Eigen::Matrix<Scalar, Rows, Columns,
-                                  Columns == 1                   ? int{Eigen::ColMajor}
+                                  Columns == 1                                ? int{Eigen::ColMajor}
                                   : Storage == Order::by_columns && Rows != 1 ? int{Eigen::ColMajor}
-                                                                 : int{Eigen::RowMajor}>;
+                                                                              : int{Eigen::RowMajor}>;
 
 /// The entries of `m` as a matrix of Eigen; `m` must outlive the result.
 template <typename Scalar, int Rows, int Columns, Order Storage>
@@ -30,7 +31,8 @@ EigenMatrix<Scalar, Rows, Columns, Storage> eigen(const Matrix<Scalar, Rows, Col
 }
 /// Of a part of a matrix: a copy.
 template <typename E, int Rows, int Columns, int RowStep, int ColumnStep>
-EigenMatrix<std::remove_const_t<E>, Rows, Columns, Order::by_columns> eigen(const Block<E, Rows, Columns, RowStep, ColumnStep>& b) {
+EigenMatrix<std::remove_const_t<E>, Rows, Columns, Order::by_columns> eigen(
+    const Block<E, Rows, Columns, RowStep, ColumnStep>& b) {
     return eigen(typename Block<E, Rows, Columns, RowStep, ColumnStep>::Plain(b));
 }
 template <typename Scalar>

@@ -8,14 +8,15 @@
 
 namespace tricoil {
 
-/// Largest root of the characteristic polynomial of a symmetric matrix with trace zero and largest entry one, by the trigonometric
-/// solution of a cubic equation (Kopp 2008, "Efficient numerical diagonalization of hermitian 3x3 matrices", section 3).
+/// Largest root of the characteristic polynomial of a symmetric matrix with trace zero and largest entry one, by the
+/// trigonometric solution of a cubic equation (Kopp 2008, "Efficient numerical diagonalization of hermitian 3x3 matrices",
+/// section 3).
 template <typename Scalar>
 Scalar largest_root(const Mat3<Scalar>& m) {
     const Scalar c0 = m(0, 0) * m(1, 1) * m(2, 2) + 2 * m(1, 0) * m(2, 0) * m(2, 1) - m(0, 0) * m(2, 1) * m(2, 1) -
                       m(1, 1) * m(2, 0) * m(2, 0) - m(2, 2) * m(1, 0) * m(1, 0);
-    const Scalar c1 = m(0, 0) * m(1, 1) - m(1, 0) * m(1, 0) + m(0, 0) * m(2, 2) - m(2, 0) * m(2, 0) + m(1, 1) * m(2, 2) -
-                      m(2, 1) * m(2, 1);
+    const Scalar c1 =
+        m(0, 0) * m(1, 1) - m(1, 0) * m(1, 0) + m(0, 0) * m(2, 2) - m(2, 0) * m(2, 0) + m(1, 1) * m(2, 2) - m(2, 1) * m(2, 1);
     constexpr Scalar kThird = Scalar(1) / Scalar(3);
     const Scalar middle = (m(0, 0) + m(1, 1) + m(2, 2)) * kThird;
     const Scalar p = std::max((3 * middle * middle - c1) * kThird, Scalar(0));
@@ -24,8 +25,8 @@ Scalar largest_root(const Mat3<Scalar>& m) {
     return middle + 2 * std::sqrt(p) * std::cos(std::atan2(std::sqrt(discriminant), half_q) * kThird);
 }
 
-/// Unit eigenvector of the largest eigenvalue of a finite symmetric matrix; the sign is arbitrary. If eigenvalues are equal, one of
-/// their eigenvectors.
+/// Unit eigenvector of the largest eigenvalue of a finite symmetric matrix; the sign is arbitrary. If eigenvalues are equal, one
+/// of their eigenvectors.
 template <typename Scalar>
 Vec3<Scalar> largest_eigenvector(const Mat3<Scalar>& symmetric) {
     Mat3<Scalar> m = symmetric;

@@ -220,11 +220,11 @@ public:
     }
     template <int N>
     constexpr auto segment(Index i) const {
-        return Block<const Scalar, kColumns == 1 ? N : 1, kColumns == 1 ? 1 : N, kRowStep, kColumnStep>(&(*this)(i));
+        return Block < const Scalar, kColumns == 1 ? N : 1, kColumns == 1 ? 1 : N, kRowStep, kColumnStep > (&(*this)(i));
     }
     template <int N>
     constexpr auto segment(Index i) {
-        return Block<Element, kColumns == 1 ? N : 1, kColumns == 1 ? 1 : N, kRowStep, kColumnStep>(&(*this)(i));
+        return Block < Element, kColumns == 1 ? N : 1, kColumns == 1 ? 1 : N, kRowStep, kColumnStep > (&(*this)(i));
     }
     template <int N>
     constexpr auto head() const {
@@ -319,7 +319,8 @@ public:
     constexpr Scalar mean() const { return sum() / kSize; }
     constexpr Scalar trace() const { return diagonal().sum(); }
     constexpr Scalar squaredNorm() const {
-        static_assert(!requires(Scalar a) { a.imag(); }, "of complex numbers: eigen(m).squaredNorm()");
+        static_assert(
+            !requires(Scalar a) { a.imag(); }, "of complex numbers: eigen(m).squaredNorm()");
         return sum_of([this](int n) -> Scalar { return entry(n) * entry(n); });
     }
     constexpr Scalar norm() const { return std::sqrt(squaredNorm()); }
@@ -328,8 +329,12 @@ public:
         static_assert(kSize == Dense<B>::kSize);
         return sum_of([&](int n) -> Scalar { return entry(n) * b.entry(n); });
     }
-    constexpr Scalar maxCoeff() const { return entry(best([](Scalar a, Scalar b) { return b < a; })); }
-    constexpr Scalar minCoeff() const { return entry(best([](Scalar a, Scalar b) { return a < b; })); }
+    constexpr Scalar maxCoeff() const {
+        return entry(best([](Scalar a, Scalar b) { return b < a; }));
+    }
+    constexpr Scalar minCoeff() const {
+        return entry(best([](Scalar a, Scalar b) { return a < b; }));
+    }
     /// Also the index of the entry, as in entry().
     template <std::integral I>
     constexpr Scalar maxCoeff(I* index) const {
@@ -354,7 +359,9 @@ public:
     [[nodiscard]] constexpr bool isZero(Scalar tolerance = Scalar(1e-12)) const {
         return all([tolerance](Scalar a) { return std::abs(a) <= tolerance; });
     }
-    [[nodiscard]] constexpr bool isIdentity(Scalar tolerance = Scalar(1e-12)) const { return (*this - Identity()).isZero(tolerance); }
+    [[nodiscard]] constexpr bool isIdentity(Scalar tolerance = Scalar(1e-12)) const {
+        return (*this - Identity()).isZero(tolerance);
+    }
     /// Equal within `tolerance` times the smaller of the two Frobenius norms.
     template <typename B>
     [[nodiscard]] constexpr bool isApprox(const Dense<B>& b, Scalar tolerance = Scalar(1e-12)) const {
@@ -519,30 +526,30 @@ public:
     }
     /// The entries of a vector.
     template <typename... E>
-        requires(sizeof...(E) == kSize && kSize >= 2 && (Rows == 1 || Columns == 1) && (std::convertible_to<E, Scalar> && ...))
-    constexpr Matrix(const E&... entries) : entries_{static_cast<Scalar>(entries)...} {}
+    requires(sizeof...(E) == kSize && kSize >= 2 && (Rows == 1 || Columns == 1) &&
+             (std::convertible_to<E, Scalar> && ...)) constexpr Matrix(const E&... entries)
+        : entries_{static_cast<Scalar>(entries)...} {}
     constexpr explicit Matrix(const Scalar* entries) {
         for (int n = 0; n < kSize; ++n) {
             entries_[n] = entries[n];
         }
     }
     template <typename B>
-        requires(Dense<B>::kRows == Rows && Dense<B>::kColumns == Columns)
-    constexpr Matrix(const Dense<B>& b) {
+    requires(Dense<B>::kRows == Rows && Dense<B>::kColumns == Columns) constexpr Matrix(const Dense<B>& b) {
         this->assign([&](int i, int j) -> const Scalar& { return b(i, j); });
     }
     /// A column from a row, and a row from a column.
     template <typename B>
-        requires(Dense<B>::kRows == Columns && Dense<B>::kColumns == Rows && Rows != Columns && (Rows == 1 || Columns == 1))
-    constexpr Matrix(const Dense<B>& b) : Matrix(b.transpose()) {}
+    requires(Dense<B>::kRows == Columns && Dense<B>::kColumns == Rows && Rows != Columns &&
+             (Rows == 1 || Columns == 1)) constexpr Matrix(const Dense<B>& b)
+        : Matrix(b.transpose()) {}
     constexpr Matrix(const DiagonalMatrix<Scalar, Rows>& d) {
         this->setZero();
         this->diagonal() = d.entries;
     }
     template <ForeignMatrix M>
-        requires((int{M::RowsAtCompileTime} == Rows || int{M::RowsAtCompileTime} < 0) &&
-                 (int{M::ColsAtCompileTime} == Columns || int{M::ColsAtCompileTime} < 0))
-    Matrix(const M& m) {
+    requires((int{M::RowsAtCompileTime} == Rows || int{M::RowsAtCompileTime} < 0) &&
+             (int{M::ColsAtCompileTime} == Columns || int{M::ColsAtCompileTime} < 0)) Matrix(const M& m) {
         const auto& value = m.eval();
         this->assign([&](int i, int j) { return value.coeff(i, j); });
     }

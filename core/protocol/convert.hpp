@@ -58,8 +58,7 @@ PoseMessage to_message(const tracking::PoseEstimate<Scalar>& e) {
         const Quat<Scalar>& q = e.q_source_sensor;
         const std::array<Scalar, 4> wxyz{q.w(), q.x(), q.y(), q.z()};
         for (std::size_t i = 0; i < 3; ++i) {
-            m.position[i] =
-                to_wire<std::int32_t>(e.position_m[static_cast<Index>(i)], Scalar(kPositionPerMetre), -1e9, 1e9);
+            m.position[i] = to_wire<std::int32_t>(e.position_m[static_cast<Index>(i)], Scalar(kPositionPerMetre), -1e9, 1e9);
         }
         for (std::size_t i = 0; i < 4; ++i) {
             m.quaternion[i] = to_wire<std::int32_t>(wxyz[i], Scalar(kQuaternionPerUnit), -8e6, 8e6);

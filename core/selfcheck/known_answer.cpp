@@ -22,8 +22,6 @@ double worst_of(const Scalar* result, const double* answer, Index count) {
 }  // namespace
 
 double worst_difference(const float* result, const double* answer, Index count) { return worst_of(result, answer, count); }
-double worst_difference(const double* result, const double* answer, Index count) {
-    return worst_of(result, answer, count);
-}
+double worst_difference(const double* result, const double* answer, Index count) { return worst_of(result, answer, count); }
 
 }  // namespace tricoil::selfcheck

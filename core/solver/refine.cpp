@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "core/base/precision.hpp"
-#include "core/linear/cholesky.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/cholesky.hpp"
 
 namespace tricoil::solver {
 namespace {

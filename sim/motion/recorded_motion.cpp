@@ -56,7 +56,8 @@ RecordedMotion::RecordedMotion(const std::vector<Pose>& recording, const Recorde
     const auto count = static_cast<std::size_t>((rough.end_s() - rough.begin_s()) * params.sample_rate_hz) + 1;
     Eigen::MatrixXd samples(static_cast<Index>(count), kDimension);
     for (std::size_t i = 0; i < count; ++i) {
-        samples.row(static_cast<Index>(i)) = eigen(rough.at(rough.begin_s() + static_cast<double>(i) / params.sample_rate_hz)).transpose();
+        samples.row(static_cast<Index>(i)) =
+            eigen(rough.at(rough.begin_s() + static_cast<double>(i) / params.sample_rate_hz)).transpose();
     }
     Eigen::MatrixXd smooth = zero_phase_low_pass(samples, params.cutoff_hz / params.sample_rate_hz);
     const Eigen::RowVector3d shift = eigen(params.place_m).transpose() - smooth.leftCols<3>().colwise().mean();

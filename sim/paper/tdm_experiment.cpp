@@ -1,7 +1,7 @@
 #include "sim/paper/tdm_experiment.hpp"
 
-#include <Eigen/Core>
 #include <fmt/format.h>
+#include <Eigen/Core>
 
 #include <cmath>
 #include <deque>

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "core/linear/eigen.hpp"
 #include "core/geometry/angles.hpp"
+#include "core/linear/eigen.hpp"
 #include "sim/world/pose_track.hpp"
 
 namespace tricoil::sim {
@@ -144,7 +144,9 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
     }
     PoseTrack track(motion_, start_s, sample_s);
     const std::optional<MetalTrack> metal = metal_track(effect, start_s, samples.size());
-    const auto with_metal = [&](const Pose& pose, int n) -> CurrentColumns { return eigen(sensor_side(pose, effect)) * metal->at(n); };
+    const auto with_metal = [&](const Pose& pose, int n) -> CurrentColumns {
+        return eigen(sensor_side(pose, effect)) * metal->at(n);
+    };
     const double per_sample = 1 / (sample_s * kReferenceRadS);
     const Pose first = track.at(-1);
     Couplings now;
@@ -196,7 +198,8 @@ Vec3<double> CoilWorld::sensor_voltages(const Couplings& now, std::span<const Co
         const auto column = static_cast<Index>(n);
         const auto coil = static_cast<Index>(n % kSourceCoils);
         const auto& [current, derivative] = currents[n];
-        Vec3<std::complex<double>> induced = now.x.col(coil).cast<std::complex<double>>() * derivative + now.dx.col(coil).cast<std::complex<double>>() * current;
+        Vec3<std::complex<double>> induced =
+            now.x.col(coil).cast<std::complex<double>>() * derivative + now.dx.col(coil).cast<std::complex<double>>() * current;
         if (now.metal.cols() > 0) {
             induced += Vec3<std::complex<double>>(now.metal.col(column) * derivative + now.metal_change.col(column) * current);
         }

@@ -19,14 +19,16 @@ Vec3<double> random_vector(std::mt19937_64& random) {
 }
 
 Mat3<double> random_rotation(std::mt19937_64& random) {
-    return geometry::rotation_vector_to_quaternion<double>(random_vector(random).norm() * random_vector(random).normalized()).toRotationMatrix();
+    return geometry::rotation_vector_to_quaternion<double>(random_vector(random).norm() * random_vector(random).normalized())
+        .toRotationMatrix();
 }
 
 /// Unequal gains; random phases, sensor coil axes and rotation of the source; every third triad has a reversed source coil.
 Calibration<double> misaligned_calibration(int n, std::mt19937_64& random) {
     Calibration<double> c;
     const Vec3<double> gain(5e-3, 7e-3, n % 3 == 0 ? -9e-3 : 9e-3);
-    const Mat3<double> turn = geometry::rotation_vector_to_quaternion<double>(0.3 * random_vector(random).normalized()).toRotationMatrix();
+    const Mat3<double> turn =
+        geometry::rotation_vector_to_quaternion<double>(0.3 * random_vector(random).normalized()).toRotationMatrix();
     c.model.source_moment = turn * gain.asDiagonal();
     c.model.sensor_sensitivity = Mat3<double>::Identity() + 0.1 * Mat3<double>(Eigen::Matrix3d::Random());
     c.phase_rad = 0.2 * Mat3<double>(Eigen::Matrix3d::Random());

@@ -186,8 +186,8 @@ protected:
         std::string text = std::string(kPoseCsvHeader) + columns + "\n";
         for (const MeasuredPose& pose : rests.poses) {
             const Quat<double> q(pose.stage_rotation);
-            text += fmt::format("{},{},{},{}\n", fmt::join(pose.stage_position_m, ","), q.w(), fmt::join(Vec3<double>(q.vec()), ","),
-                                couplings_text(pose, columns));
+            text += fmt::format("{},{},{},{}\n", fmt::join(pose.stage_position_m, ","), q.w(),
+                                fmt::join(Vec3<double>(q.vec()), ","), couplings_text(pose, columns));
         }
         if (!end_of_last_line.empty()) {
             text.replace(text.rfind(','), std::string::npos, end_of_last_line + "\n");

@@ -13,7 +13,8 @@ namespace tricoil::host {
 namespace {
 
 CouplingFrame turned(const Mat3<double>& x, const Mat3<double>& phase_rad) {
-    return {(eigen(x).array() * eigen(phase_rad).array().cos()).matrix(), (eigen(x).array() * eigen(phase_rad).array().sin()).matrix()};
+    return {(eigen(x).array() * eigen(phase_rad).array().cos()).matrix(),
+            (eigen(x).array() * eigen(phase_rad).array().sin()).matrix()};
 }
 
 /// At ranges of 0.3 to 0.9 m.

@@ -217,7 +217,8 @@ TEST(FreeMotionFit, WarnsOfMotionThatTurnsAboutOneAxis) {
     const auto model = model_of(real.parameters.data(), RealCoils::kC);
     test::RandomPoses random(65);
     for (std::size_t k = 0; k < real.frames.size(); ++k) {
-        const Mat3<double> o = geometry::rotation_vector_to_quaternion<double>((random.uniform(-2, 2)) * Vec3<double>::UnitZ()).toRotationMatrix();
+        const Mat3<double> o =
+            geometry::rotation_vector_to_quaternion<double>((random.uniform(-2, 2)) * Vec3<double>::UnitZ()).toRotationMatrix();
         const Vec3<double> place = Vec3<double>(0.25, 0, 0) + 0.05 * random.uniform(0, 1) * random.direction();
         const Mat3<double> x = field::signal_matrix<double>(model, place, o);
         real.frames[k] = x + 1e-3 * x.norm() * random.gaussian_matrix();

@@ -25,8 +25,8 @@ TEST(SurroundingsResidual, DerivativesEqualCentralDifferences) {
         const PlacedCouplings placed{{0.35, -0.1, 0.15}, turned(0.2, -0.5, 1.1), 0.1 * turned(0.5, 0.1, -0.7)};
         const FrameStarts starts{turned(0.1, 0.2, 0.3), turned(-1, 0.4, 0.2)};
         const int dipoles = n % 3;
-        const SurroundingsResidual residual(
-            coils, placed, starts, Matrix<double, 9, 9>::Identity() + 0.1 * Matrix<double, 9, 9>::Ones(), dipoles);
+        const SurroundingsResidual residual(coils, placed, starts,
+                                            Matrix<double, 9, 9>::Identity() + 0.1 * Matrix<double, 9, 9>::Ones(), dipoles);
         RigidBlock frame{};
         RigidBlock mount{};
         std::array<double, kTurn> turn{};

@@ -76,7 +76,8 @@ std::string matrix_text(const Mat3<double>& m) {
 
 TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {
     // The simulated coils are ideal: a calibration with rotated coils must rotate the poses.
-    const Mat3<double> turn = geometry::rotation_vector_to_quaternion<double>(0.4 * Vec3<double>(1, 2, -1).normalized()).toRotationMatrix();
+    const Mat3<double> turn =
+        geometry::rotation_vector_to_quaternion<double>(0.4 * Vec3<double>(1, 2, -1).normalized()).toRotationMatrix();
     const auto board = [&](const std::string& calibration) {
         write_text(in("board.toml"), "device = \"" + device + "\"\n[calibration]\nfile = \"cal.toml\"\n");
         write_text(in("cal.toml"), "version = 1\nmodel = \"concentric\"\n" + calibration);

@@ -142,7 +142,8 @@ Vec3<float> floats_at(const std::string& record, std::size_t at) {
 }
 
 void expect_near(const Vec3<double>& position_m, const Vec3<double>& truth_m) {
-    EXPECT_LT((position_m - truth_m).norm(), kTolerance_m) << eigen(position_m).transpose() << " and " << eigen(truth_m).transpose();
+    EXPECT_LT((position_m - truth_m).norm(), kTolerance_m)
+        << eigen(position_m).transpose() << " and " << eigen(truth_m).transpose();
 }
 
 TEST(FastrakClients, Vrpn) {

@@ -53,8 +53,8 @@ TEST(PoseHub, ReadersGetThePosesOfTheTips) {
     hub.set_tips(tips);
     PoseHub::Cursor cursor = hub.cursor();
     auto pose = numbered(1);
-    pose.q_source_sensor =
-        geometry::rotation_vector_to_quaternion<double>((M_PI / 2) * Vec3<double>::UnitY());  // z of the sensor is x of the source
+    pose.q_source_sensor = geometry::rotation_vector_to_quaternion<double>(
+        (M_PI / 2) * Vec3<double>::UnitY());  // z of the sensor is x of the source
     hub.pose(pose);
     pose.sensor = 1;
     pose.covariance(4, 4) = 9e-4;  // rotation about y, which moves the tip along z

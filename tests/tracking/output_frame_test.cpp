@@ -1,6 +1,6 @@
 // Tip, boresight and alignment against composed transforms; the tip's covariance against samples.
-#include "core/geometry/rotations.hpp"
 #include "core/tracking/output_frame.hpp"
+#include "core/geometry/rotations.hpp"
 
 #include <gtest/gtest.h>
 

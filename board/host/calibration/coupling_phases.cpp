@@ -10,7 +10,8 @@ namespace tricoil::host {
 
 void CouplingPhases::add(const Mat3<double>& in_phase, const Mat3<double>& quadrature) {
     const double weight = 1 / (in_phase.squaredNorm() + quadrature.squaredNorm());
-    squares_ += in_phase.binaryExpr(quadrature, [weight](double i, double q) { return weight * std::complex(i, q) * std::complex(i, q); });
+    squares_ += in_phase.binaryExpr(quadrature,
+                                    [weight](double i, double q) { return weight * std::complex(i, q) * std::complex(i, q); });
     power_ += weight * (in_phase.cwiseAbs2() + quadrature.cwiseAbs2());
 }
 

@@ -170,8 +170,7 @@ void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {
     const Eigen::VectorXd deviation = deviations(estimate, eigen, norms);
     for (std::size_t k = 0; k < estimate.magnetic.size(); ++k) {
         const double unit = unit_of(k);
-        fit.parameters.push_back(
-            {kParameterNames[k], unit * estimate.magnetic[k], unit * deviation(static_cast<Index>(k))});
+        fit.parameters.push_back({kParameterNames[k], unit * estimate.magnetic[k], unit * deviation(static_cast<Index>(k))});
     }
     Index index = 0;
     eigen.vectors.col(0).cwiseAbs().maxCoeff(&index);

@@ -55,7 +55,8 @@ struct NodeResidual {
         const Vec3<double> node = kLengthUnit_m * Vec3<double>(grid[0], grid[1], grid[2]) + turn * grid_start * node_m;
         const Vec3<double> arm = s->attitude.transpose() * (kLengthUnit_m * Vec3<double>(pivot[0], pivot[1], pivot[2]));
         copy_rows(position - node - arm, residual);
-        copy_rows(kMisfitLever_m * (ideal / s->strength - s->attitude * field::dipole_factor<double>(s->direction)), residual + 3);
+        copy_rows(kMisfitLever_m * (ideal / s->strength - s->attitude * field::dipole_factor<double>(s->direction)),
+                  residual + 3);
         return true;
     }
 };

@@ -10,9 +10,9 @@
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
+#include "core/geometry/rotations.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/linear/quaternion.hpp"
-#include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {
 namespace {

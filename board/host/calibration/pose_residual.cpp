@@ -170,7 +170,7 @@ Mat3<double> left_jacobian(const double* vector) {
 }
 
 Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose,
-                                        double metres) {
+                                 double metres) {
     const Mat3<double> o = pose.q_source_sensor.toRotationMatrix().transpose();
     Matrix<double, 9, 6> jacobian = field::signal_model<double>(model, pose.position_m, o).jacobian;
     jacobian.rightCols<3>() /= kLever_m;

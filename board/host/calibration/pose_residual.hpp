@@ -27,8 +27,7 @@ inline Vec3<double> length_of(const double* p) { return Vec3<double>(p[0], p[1],
 
 /// Symmetric root of J+^T diag(1, lever^2) J+ + share^2 metres^2 (I - J J+). Weights coupling residuals as the position and
 /// rotation error that they cause (J+), and the part that no pose explains with `share`. metres: metres per coupling unit.
-Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose,
-                                        double metres);
+Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose, double metres);
 
 /// Weight of the couplings of one pose, metres per coupling unit: a coupling decreases by 3 k / rho per metre.
 double metres_per_coupling(const Mat3<double>& x, double coupling_constant);
@@ -45,7 +44,7 @@ struct PoseTerms {
     Mat3<double> jig_start;     // start rotation of the jig block
     double coupling_constant;
     Matrix<double, 9, 9> weight;  // metres per coupling unit, see pose_weight
-    bool finite;                         // the coils have octupoles
+    bool finite;                  // the coils have octupoles
 };
 
 /// Weighted coupling residual (model minus measured) of one pose, m. Parameter blocks: magnetic, source, fixture, jig, stage.

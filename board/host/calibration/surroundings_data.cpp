@@ -99,8 +99,7 @@ SurroundingsData data_on_grid(const CalibrationFile& coils, const std::vector<Gr
     data.starts.frame = fit_similarity(nodes, positions).rotation;
     set_block(data.frame, positions.rowwise().mean() - eigen(data.starts.frame) * nodes.rowwise().mean());
     for (std::size_t k = 0; k < frames.size(); ++k) {
-        data.poses.push_back(
-            {nodes.col(static_cast<Index>(k)), data.starts.frame.transpose() * attitudes[k], frames[k].x});
+        data.poses.push_back({nodes.col(static_cast<Index>(k)), data.starts.frame.transpose() * attitudes[k], frames[k].x});
     }
     return data;
 }

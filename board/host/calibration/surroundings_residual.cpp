@@ -43,7 +43,7 @@ solver::RigidPose<double> placed_pose(const PlacedCouplings& placed, const Frame
 }
 
 Matrix<double, 9, kDipole> dipole_derivatives(const field::GeneralDipole<double>& coils, const VirtualDipole& dipole,
-                                                     const Vec3<double>& position_m, const Mat3<double>& o) {
+                                              const Vec3<double>& position_m, const Mat3<double>& o) {
     const Mat3<double>& a = dipole.polarisability_m3;
     Matrix<double, 9, kDipole> by_dipole;
     for (int i = 0; i < 3; ++i) {

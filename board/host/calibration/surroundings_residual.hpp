@@ -59,6 +59,6 @@ private:
 /// Derivatives of the couplings (column order) with respect to the parameters of one virtual dipole. o: source components to
 /// sensor components.
 Matrix<double, 9, kDipole> dipole_derivatives(const field::GeneralDipole<double>& coils, const VirtualDipole& dipole,
-                                                     const Vec3<double>& position_m, const Mat3<double>& o);
+                                              const Vec3<double>& position_m, const Mat3<double>& o);
 
 }  // namespace tricoil::host

@@ -1,6 +1,5 @@
 #include "board/host/smooth/smoother.hpp"
 
-
 #include "core/geometry/quaternion_sign.hpp"
 #include "core/linear/cholesky.hpp"
 #include "core/tracking/scaat/column_update.hpp"

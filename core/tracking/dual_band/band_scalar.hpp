@@ -46,8 +46,7 @@ public:
     /// within it are ignored, because slow drift is equal in both bands. `misfit`: variance by which motion changes the misfit of
     /// the calibration, also equal in both bands.
     template <int N>
-    void add_redundant(const Matrix<double, N, 1>& low, const Matrix<double, N, 1>& high, double variance,
-                       double misfit) {
+    void add_redundant(const Matrix<double, N, 1>& low, const Matrix<double, N, 1>& high, double variance, double misfit) {
         const double slope = 1 / ((1 + value_) * (1 + value_));  // d share / d scalar
         if (!fixed_ && high.squaredNorm() > kSeen * variance) {
             correct<N>(low - share() * high, slope * high, variance + misfit, redundant_noise_);
@@ -60,8 +59,7 @@ private:
 
     /// noise: running variance of the residuals. A residual far above it gets less weight.
     template <int N>
-    void correct(const Matrix<double, N, 1>& residual, const Matrix<double, N, 1>& slope, double min_variance,
-                 double& noise) {
+    void correct(const Matrix<double, N, 1>& residual, const Matrix<double, N, 1>& slope, double min_variance, double& noise) {
         const double size = residual.squaredNorm() / 3;
         const double used = std::max({noise, size / 2, min_variance});
         const double information = slope.squaredNorm() / used;

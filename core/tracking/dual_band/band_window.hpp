@@ -34,8 +34,7 @@ struct BandFrame {
 /// The signals of metal (MetalSignals) as changes of the pose, to first order, and their misfits: the parts of the couplings that
 /// no pose explains.
 struct BandComparison {
-    Matrix<double, 6, 3>
-        pose;  // column i: by signal i; the last one is the pose of the high band minus that of the low band
+    Matrix<double, 6, 3> pose;  // column i: by signal i; the last one is the pose of the high band minus that of the low band
     SignalCouplings misfit;
     Vec9 high_misfit;
     Mat6<double> covariance;  // of a pose for unit noise of each coupling

@@ -1,8 +1,8 @@
 // Update with one column: innovation, gate quantities and Joseph update.
 #pragma once
 
-#include "core/linear/cholesky.hpp"
 #include "core/geometry/unrolled.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/tracking/scaat/measurement_model.hpp"
 #include "core/tracking/scaat/propagate.hpp"
 
@@ -146,8 +146,7 @@ void correct(State<Scalar>& state, const Vec12<Scalar>& error) {
 
 /// Three entries of row i, from column j on, of P -= K G^T + D K^T. gk: these rows of [G K].
 template <typename Scalar>
-Vec3<Scalar> remaining_entries(const Mat12<Scalar>& p, const GainPair<Scalar>& kd, const Matrix<Scalar, 3, 6>& gk, int i,
-                               int j) {
+Vec3<Scalar> remaining_entries(const Mat12<Scalar>& p, const GainPair<Scalar>& kd, const Matrix<Scalar, 3, 6>& gk, int i, int j) {
     Vec3<Scalar> entries;
     for_each_of<3>([&]<int n>() {
         entries(n) = p(i, j + n);

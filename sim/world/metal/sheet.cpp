@@ -114,8 +114,8 @@ void SheetBody::do_add_field(const Vec3<double>& sensor_m, std::span<ComplexMat3
     const Eigen::MatrixX3d flux = flux_drive(far_enough(sensor_m));
     const Eigen::MatrixX3d potential = potential_drive(far_enough(sensor_m));
     for (std::size_t k = 0; k < fields.size(); ++k) {
-        fields[k] +=
-            ComplexMat3(flux.cast<Complex>().transpose() * cell_currents_[k] - potential.cast<Complex>().transpose() * cell_poles_[k]);
+        fields[k] += ComplexMat3(flux.cast<Complex>().transpose() * cell_currents_[k] -
+                                 potential.cast<Complex>().transpose() * cell_poles_[k]);
     }
 }
 

@@ -34,7 +34,8 @@ Column<float> column;
 }
 
 [[gnu::noinline]] void corrupt_column() {
-    column.in_phase = column.in_phase.reverse().cwiseProduct(Vec3<float>(1, -3, 2)).eval();
+    const Vec3<float> v = column.in_phase;
+    column.in_phase = Vec3<float>(v.z(), -3 * v.y(), 2 * v.x());
 }
 
 [[gnu::noinline]] void set_up(bool simultaneous) {

@@ -89,8 +89,7 @@ std::string execute_request(const nlohmann::json& request, TrackerControl& contr
         Vec3<double> towards;
         for (std::size_t n = 0; n < 3; ++n) {
             const auto& number = request["hemisphere"][n];
-            towards[static_cast<Index>(n)] =
-                number.is_number() ? number.get<double>() : std::numeric_limits<double>::quiet_NaN();
+            towards[static_cast<Index>(n)] = number.is_number() ? number.get<double>() : std::numeric_limits<double>::quiet_NaN();
         }
         const auto sensor = request.value("sensor", nlohmann::json(0));
         if (!towards.allFinite() || !sensor.is_number_unsigned() || sensor.get<std::uint64_t>() >= tracking::kMaxSensors) {
