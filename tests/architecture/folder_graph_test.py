@@ -15,6 +15,7 @@ RULES = """
 subtree_targets = ["high"]
 freestanding = ["low"]
 hosted_headers = ["vector"]
+hosted_files = ["low/for_hosts.hpp"]
 [supplied_headers]
 "part.hpp" = ["high/sub"]
 [may_include]
@@ -120,7 +121,13 @@ class MadeUpTree(unittest.TestCase):
         self.write("low/pair/b.hpp", "#include <unistd.h>\n")
         self.assert_breach(self.check(), "low/pair/b.hpp includes <unistd.h>")
         self.write("low/pair/b.hpp", "#include <Eigen/Core>\n")
+        self.assert_breach(self.check(), "low/pair/b.hpp includes <Eigen/Core>")
+
+    def test_hosted_file_includes_what_it_likes_and_is_for_hosted_code(self):
+        self.write("low/for_hosts.hpp", "#include <Eigen/Core>\n")
         self.assertEqual(self.check().returncode, 0)
+        self.write("low/pair/b.hpp", '#include "low/for_hosts.hpp"\n')
+        self.assert_breach(self.check(), "low/pair/b.hpp includes <low/for_hosts.hpp>")
 
     def test_missing_readme_is_reported(self):
         (self.root / "high/sub/README.md").unlink()

@@ -85,6 +85,9 @@ function(tricoil_library name)
   # Installed headers: programs include <tricoil/core/...>; the headers include each other as "core/...".
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${TRICOIL_TREE}>
     $<INSTALL_INTERFACE:include> $<INSTALL_INTERFACE:include/tricoil>)
+  # Installed headers need no Eigen, and it has no library.
+  tricoil_headers_for(headers ${ARG_DEPENDS})
+  list(TRANSFORM ARG_DEPENDS REPLACE "^Eigen3::Eigen$" "$<BUILD_INTERFACE:Eigen3::Eigen>")
   target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE $<BUILD_INTERFACE:tricoil_options>)
   foreach(library ${ARG_COMPONENTS})
     if(TARGET ${library})
@@ -99,7 +102,6 @@ function(tricoil_library name)
     target_compile_options(${name} PRIVATE -fno-exceptions $<$<BOOL:${CMAKE_CROSSCOMPILING}>:-fno-rtti>)
   endif()
   if(NOT ARG_FREESTANDING)
-    tricoil_headers_for(headers ${ARG_DEPENDS})
     tricoil_use_precompiled(${name} ${headers})
   endif()
   if((ARG_FREESTANDING OR ARG_FAST) AND NOT CMAKE_CROSSCOMPILING)
