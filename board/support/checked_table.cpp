@@ -1,6 +1,7 @@
 #include "board/support/checked_table.hpp"
 
 #include <fmt/format.h>
+#include <algorithm>
 
 #include <cmath>
 

@@ -64,13 +64,13 @@ Eigen::MatrixXd quarter(const Interaction& interaction, int count, double parity
 template <typename Solve>
 PlateModes all_modes(const Interaction& a, const Interaction& b, int count, const Solve& solve) {
     const int half = count / 2;
-    const Index part = half * half;
+    const Eigen::Index part = half * half;
     PlateModes modes{Eigen::MatrixXd(count * count, count * count), Eigen::VectorXd(count * count)};
-    Index first = 0;
+    Eigen::Index first = 0;
     for (const auto& [x, y] : {std::array{1.0, 1.0}, std::array{1.0, -1.0}, std::array{-1.0, 1.0}, std::array{-1.0, -1.0}}) {
         const auto [values, vectors] = solve(quarter(a, count, x, y), quarter(b, count, x, y));
         modes.values.segment(first, part) = values;
-        for (Index cell = 0; cell < part; ++cell) {
+        for (Eigen::Index cell = 0; cell < part; ++cell) {
             const int i = static_cast<int>(cell) / half;
             const int j = static_cast<int>(cell) % half;
             const Eigen::RowVectorXd share = vectors.row(cell) / 2;  // four equal cells: the whole vector has norm 1 again
