@@ -99,6 +99,13 @@ TYPED_TEST(LinearParts, EigenSharesTheMemory) {
     const Matrix<Scalar, 3, 4, Order::by_rows> from_dynamic =
         Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>(eigen(columns));
     expect_same(from_dynamic, columns);
+    EigenMatrix<Scalar, 3, 4, Order::by_columns> theirs = eigen(columns);
+    const EigenMatrix<Scalar, 3, 4, Order::by_rows> theirs_by_rows = eigen(columns);
+    EXPECT_EQ(view(theirs).data(), theirs.data());
+    expect_same(view(theirs), columns);
+    expect_same(view(theirs_by_rows), columns);
+    view(theirs).col(2).setZero();
+    EXPECT_TRUE(theirs.col(2).isZero(0));
     expect_same(columns.row(1), Oracle<Scalar>(eigen(columns.row(1))));
 }
 
