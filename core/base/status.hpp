@@ -51,8 +51,9 @@ private:
 template <typename T>
 class [[nodiscard]] Result {
 public:
-    Result(T value)
-        : content_(std::in_place_index<0>, std::move(value)) {}         // NOLINT(google-explicit-constructor): `return value;`
+    // NOLINTNEXTLINE(google-explicit-constructor): `return value;`, which is copied once
+    Result(const T& value) : content_(std::in_place_index<0>, value) {}
+    Result(T&& value) : content_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
     Result(Status status) : content_(std::in_place_index<1>, status) {  // NOLINT(google-explicit-constructor): `return status;`
         TRICOIL_ASSERT(!status.ok());
     }

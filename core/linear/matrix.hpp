@@ -47,6 +47,11 @@ struct Layout<Block<E, Rows, Columns, RowStep, ColumnStep>> {
     static constexpr int kColumnStep = ColumnStep;
 };
 
+template <typename M>
+constexpr bool kOwns = false;  // its entries
+template <typename S, int Rows, int Columns, Order Storage>
+constexpr bool kOwns<Matrix<S, Rows, Columns, Storage>> = true;
+
 /// A matrix type of another library (see linear/eigen.hpp), from which matrices are constructed entry by entry.
 template <typename M>
 concept ForeignMatrix = requires(const M& m) {
@@ -330,10 +335,10 @@ public:
         return sum_of([&](int n) -> Scalar { return entry(n) * b.entry(n); });
     }
     constexpr Scalar maxCoeff() const {
-        return entry(best([](Scalar a, Scalar b) { return b < a; }));
+        return extreme([](Scalar a, Scalar b) { return b < a; });
     }
     constexpr Scalar minCoeff() const {
-        return entry(best([](Scalar a, Scalar b) { return a < b; }));
+        return extreme([](Scalar a, Scalar b) { return a < b; });
     }
     /// Also the index of the entry, as in entry().
     template <std::integral I>
@@ -354,7 +359,7 @@ public:
         return result;
     }
     [[nodiscard]] constexpr bool allFinite() const {
-        return all([](Scalar a) { return a - a == Scalar(0); });
+        return sum_of([this](int n) -> Scalar { return Scalar(0) * entry(n); }) == Scalar(0);  // else NaN
     }
     [[nodiscard]] constexpr bool isZero(Scalar tolerance = Scalar(1e-12)) const {
         return all([tolerance](Scalar a) { return std::abs(a) <= tolerance; });
@@ -432,29 +437,43 @@ public:
     }
     template <typename B>
     constexpr Derived& operator+=(const Dense<B>& b) {
-        return derived() = *this + b;
+        return change(b, [](Scalar p, Scalar q) -> Scalar { return p + q; });
     }
     template <typename B>
     constexpr Derived& operator-=(const Dense<B>& b) {
-        return derived() = *this - b;
+        return change(b, [](Scalar p, Scalar q) -> Scalar { return p - q; });
     }
     template <typename B>
     constexpr Derived& operator*=(const Dense<B>& b) {
         return derived() = *this * b;
     }
-    constexpr Derived& operator*=(Scalar factor) { return derived() = *this * factor; }
-    constexpr Derived& operator/=(Scalar divisor) { return derived() = *this / divisor; }
+    constexpr Derived& operator*=(Scalar factor) {
+        return assign([&](int i, int j) -> Scalar { return (*this)(i, j) * factor; });
+    }
+    constexpr Derived& operator/=(Scalar divisor) {
+        return assign([&](int i, int j) -> Scalar { return (*this)(i, j) / divisor; });
+    }
     /// Row after row: `m << a, b, c, d`. A vector or matrix fills its own shape.
     template <typename T>
     constexpr CommaInput<Derived> operator<<(const T& value) {
         return CommaInput<Derived>(derived()).put(value);
     }
     /// Sets the entries to value(i, j). `value` must not read entries of this matrix that are already set.
-    template <typename F>
+    template <int Terms = 1, typename F>
     constexpr Derived& assign(F value) {
-        for (int j = 0; j < kColumns; ++j) {
-            for (int i = 0; i < kRows; ++i) {
-                (*this)(i, j) = value(i, j);
+        if constexpr (kSize * Terms * sizeof(Scalar) <= 64 * 4) {
+#pragma GCC unroll 16
+            for (int j = 0; j < kColumns; ++j) {
+#pragma GCC unroll 16
+                for (int i = 0; i < kRows; ++i) {
+                    (*this)(i, j) = value(i, j);
+                }
+            }
+        } else {
+            for (int j = 0; j < kColumns; ++j) {
+                for (int i = 0; i < kRows; ++i) {
+                    (*this)(i, j) = value(i, j);
+                }
             }
         }
         return derived();
@@ -488,13 +507,33 @@ private:
             return 1;
         }
     }
+    /// Combines each entry with that of b, which may overlap.
+    template <typename B, typename F>
+    constexpr Derived& change(const Dense<B>& b, F f) {
+        static_assert(kRows == Dense<B>::kRows && kColumns == Dense<B>::kColumns);
+        if constexpr (kOwns<B> && (kColumns == 1 || kRowStep != Dense<B>::kColumnStep)) {
+            return assign([&](int i, int j) { return f((*this)(i, j), b(i, j)); });
+        } else {
+            return change(typename Dense<B>::Plain(b), f);
+        }
+    }
     template <typename F>
     static constexpr Scalar sum_of(F term) {
         Scalar sum = term(kSize - 1);
+#pragma GCC unroll 36
         for (int n = kSize - 2; n >= 0; --n) {
             sum = term(n) + sum;
         }
         return sum;
+    }
+    template <typename F>
+    constexpr Scalar extreme(F better) const {
+        Scalar found = entry(0);
+#pragma GCC unroll 16
+        for (int n = 1; n < kSize; ++n) {
+            found = better(entry(n), found) ? entry(n) : found;
+        }
+        return found;
     }
     template <typename F>
     constexpr int best(F better) const {
@@ -679,7 +718,9 @@ public:
             row_ += height_;
         }
         height_ = Dense<B>::kRows;
+#pragma GCC unroll 6
         for (int j = 0; j < Dense<B>::kColumns; ++j) {
+#pragma GCC unroll 6
             for (int i = 0; i < Dense<B>::kRows; ++i) {
                 matrix_(row_ + i, column_ + j) = b(i, j);
             }
@@ -730,8 +771,9 @@ constexpr Matrix<typename Dense<A>::Scalar, Dense<A>::kRows, Dense<B>::kColumns>
     constexpr int kInner = Dense<A>::kColumns;
     static_assert(kInner == Dense<B>::kRows);
     Matrix<Scalar, Dense<A>::kRows, Dense<B>::kColumns> m;
-    m.assign([&](int i, int j) {
+    m.template assign<kInner>([&](int i, int j) {
         Scalar sum = a(i, kInner - 1) * b(kInner - 1, j);
+#pragma GCC unroll 16
         for (int k = kInner - 2; k >= 0; --k) {
             sum = a(i, k) * b(k, j) + sum;
         }

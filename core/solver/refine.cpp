@@ -30,7 +30,9 @@ template <typename Scalar>
     auto at = field::signal_model<Scalar>(model, pose.position_m, pose.q_source_sensor.toRotationMatrix().transpose());
     result.range_m = pose.position_m.norm();
     const Vec9<Scalar> residual = weights.reshaped().cwiseProduct((at.x - x).reshaped());
-    at.jacobian = weights.reshaped().asDiagonal() * at.jacobian;
+    for (Index i = 0; i < 9; ++i) {
+        at.jacobian.row(i) *= weights(i);
+    }
     at.jacobian.template leftCols<3>() *= result.range_m;
     result.cost = residual.squaredNorm();
     result.information = at.jacobian.transpose() * at.jacobian;
