@@ -33,9 +33,7 @@ Demodulator<Scalar>::Demodulator(const AcquisitionPlan& plan, const DemodulatorP
     for (std::size_t j = 0; j < static_cast<std::size_t>(plan.carriers()); ++j) {
         oscillators_[j] = Oscillator<Scalar>(plan.window_cycles[j], plan.window_samples);
         carrier_rad_s_[j] = 2 * std::numbers::pi_v<Scalar> * static_cast<Scalar>(plan.params.carrier_hz[j]);
-        if constexpr (kCorrectsConverters) {
-            sum_gain_[j] = gain_of_sum(plan.params.carrier_hz[j] / plan.params.sample_rate_hz, params.conversions);
-        }
+        sum_gain_[j] = gain_of_sum(plan.params.carrier_hz[j] / plan.params.sample_rate_hz, params.conversions);
     }
     const double middle_samples = plan.params.guard_samples + 0.5 * (plan.window_samples - 1);
     midpoint_offset_ = microseconds_from_seconds(middle_samples / plan.params.sample_rate_hz);
@@ -64,14 +62,10 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     Columns<Scalar> columns;
     for (int carrier = 0; carrier < plan_.carriers(); ++carrier) {
         ChannelPhasors<Scalar>& of_carrier = phasors[static_cast<std::size_t>(carrier)];
-        if constexpr (kCorrectsConverters) {
-            const Levels levels = correct_converters(block, carrier, of_carrier);
-            columns.push_back(make_column(block, carrier, of_carrier, flags));
-            columns[columns.size() - 1].level = levels;
-            columns[columns.size() - 1].gain_step = block.gain_step;
-        } else {
-            columns.push_back(make_column(block, carrier, of_carrier, flags));
-        }
+        const Levels levels = correct_converters(block, carrier, of_carrier);
+        columns.push_back(make_column(block, carrier, of_carrier, flags));
+        columns[columns.size() - 1].level = levels;
+        columns[columns.size() - 1].gain_step = block.gain_step;
     }
     return columns;
 }
