@@ -16,13 +16,10 @@ std::int32_t linear_range(std::int32_t full_scale, float share) {
     return share < 1 ? static_cast<std::int32_t>(share * static_cast<float>(full_scale)) : full_scale;
 }
 
-/// Amplitude of the mean of some conversions in a sample, relative to that of a conversion. turns: of the carrier per sample.
-[[maybe_unused]] float gain_of_sum(double turns, int conversions) {
-    std::complex<double> sum;
-    for (int k = 0; k < conversions; ++k) {
-        sum += unit_phasor(turns * k / conversions);
-    }
-    return static_cast<float>(std::sqrt(sum.real() * sum.real() + sum.imag() * sum.imag())) / static_cast<float>(conversions);
+/// Amplitude of the mean of some conversions in a sample, relative to that of a conversion. turns: of the carrier per sample,
+/// less than one. The sum of n phasors at equal steps is sin(pi turns) / sin(pi turns / n).
+float gain_of_sum(double turns, int conversions) {
+    return static_cast<float>(unit_phasor(turns / 2).imag() / (conversions * unit_phasor(turns / 2 / conversions).imag()));
 }
 
 }  // namespace
