@@ -36,9 +36,7 @@ public:
     [[nodiscard]] Scalar variance() const { return misfit_.variance(); }
 
     /// For columns that cannot be judged: faults, or unknown motion.
-    void clear() {
-        misfit_ = {};
-    }
+    void clear() { misfit_ = {}; }
 
 private:
     // Chi-square of nine degrees of freedom over that of three that is exceeded once in 10,000, each per degree of freedom.
