@@ -21,8 +21,8 @@ struct GainStep {
     Scalar noise = 1;  // power of the noise at the carriers relative to that of NoiseEstimator, which assumes white noise
     Scalar drive = 1;  // of the source, relative to full drive; division by the reference removes it from the couplings
 
-    /// Response at an angular frequency, rad/s. ladder_s: T; 0: no capacitor. At the high carriers it
-    /// shifts the phase by 2 mrad.
+    /// Response at an angular frequency, rad/s. ladder_s: T; 0: no capacitor. At the high carriers it shifts
+    /// the phase by 2 mrad.
     [[nodiscard]] std::complex<Scalar> response(std::size_t coil, Scalar w_rad_s, Scalar ladder_s = 0) const {
         const Scalar turn = w_rad_s * lag_s[coil];
         const Scalar scale = gain[coil] / (1 + turn * turn);
