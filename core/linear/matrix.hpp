@@ -59,6 +59,15 @@ concept ForeignMatrix = requires(const M& m) {
     m.eval().coeff(0, 0);
 };
 
+/// Assignments of at most this number of terms are written out, so that entries stay in registers.
+template <typename Scalar>
+constexpr int kWrittenOut = 256 / sizeof(Scalar);
+#if defined(__arm__)
+template <>
+constexpr int kWrittenOut<double> =
+    26;  // no products of 3x3 matrices: boards use double only in the self-check, where flash counts
+#endif
+
 /// Operations of matrices, and of parts of matrices.
 template <typename Derived>
 class Dense {
@@ -461,7 +470,7 @@ public:
     /// Sets the entries to value(i, j). `value` must not read entries of this matrix that are already set.
     template <int Terms = 1, typename F>
     constexpr Derived& assign(F value) {
-        if constexpr (kSize * Terms * sizeof(Scalar) <= 64 * 4) {
+        if constexpr (kSize * Terms <= kWrittenOut<Scalar>) {
 #pragma GCC unroll 16
             for (int j = 0; j < kColumns; ++j) {
 #pragma GCC unroll 16
