@@ -1,13 +1,7 @@
-// Precisions in which the core is compiled: always float. Builds for boards turn double off where nothing uses it.
+// Precisions in which the core is compiled: always float. Boards without TRICOIL_WHOLE_CORE turn double off, because nothing
+// there uses it.
 #pragma once
 
-/// Lock-in, direct and previous-measurement solvers, error model and self-check in double: off for boards without
-/// TRICOIL_WHOLE_CORE.
 #ifndef TRICOIL_DOUBLE
 #define TRICOIL_DOUBLE 1
-#endif
-
-/// Demodulator, noise estimate, trackers, cold start and refinement in double: only for programs.
-#ifndef TRICOIL_DOUBLE_TRACKERS
-#define TRICOIL_DOUBLE_TRACKERS 1
 #endif

@@ -14,6 +14,15 @@ constexpr bool kOwns = false;  // its entries
 template <typename S, int Rows, int Columns, Order Storage>
 constexpr bool kOwns<Matrix<S, Rows, Columns, Storage>> = true;
 
+/// Assignments of at most this number of terms are written out, so that entries stay in registers.
+template <typename Scalar>
+constexpr int kWrittenOut = 256 / sizeof(Scalar);
+#if defined(__arm__)
+template <>
+constexpr int kWrittenOut<double> =
+    26;  // no products of 3x3 matrices: boards use double only in the self-check, where flash counts
+#endif
+
 /// Base of Matrix and Block.
 template <typename Derived>
 class Dense : public Parts<Derived> {
@@ -272,7 +281,7 @@ public:
     /// Sets the entries to value(i, j). `value` must not read entries of this matrix that are already set.
     template <int Terms = 1, typename F>
     constexpr Derived& assign(F value) {
-        if constexpr (kSize * Terms * sizeof(Scalar) <= 64 * 4) {
+        if constexpr (kSize * Terms <= kWrittenOut<Scalar>) {
 #pragma GCC unroll 16
             for (int j = 0; j < kColumns; ++j) {
 #pragma GCC unroll 16

@@ -164,7 +164,7 @@ MeasuredColumn<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block
 }
 
 template class Demodulator<float>;
-#if TRICOIL_DOUBLE_TRACKERS
+#if TRICOIL_DOUBLE
 template class Demodulator<double>;
 #endif
 

@@ -287,7 +287,7 @@ Result<ColdSolution<Scalar>> solve_cold(const Model<Scalar>& model, const Mat3<S
 template Result<RigidPose<float>> corrected_direct(const Model<float>&, const Mat3<float>&, const Vec3<float>&, int);
 template Result<ColdSolution<float>> solve_cold(const Model<float>&, const Mat3<float>&, const Mat3<float>&,
                                                 const ColdStartParams<float>&);
-#if TRICOIL_DOUBLE_TRACKERS
+#if TRICOIL_DOUBLE
 template Result<RigidPose<double>> corrected_direct(const Model<double>&, const Mat3<double>&, const Vec3<double>&, int);
 template Result<ColdSolution<double>> solve_cold(const Model<double>&, const Mat3<double>&, const Mat3<double>&,
                                                  const ColdStartParams<double>&);

@@ -204,7 +204,7 @@ template Result<Refinement<float>> refine(const field::GeneralDipole<float>&, co
                                           const RigidPose<float>&, const RefineParams<float>&);
 template Result<Minimum<float>> minimise(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
                                          const RigidPose<float>&, const RefineParams<float>&);
-#if TRICOIL_DOUBLE_TRACKERS
+#if TRICOIL_DOUBLE
 template Result<Refinement<double>> refine(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
                                            const RigidPose<double>&, const RefineParams<double>&);
 template Result<Minimum<double>> minimise(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,

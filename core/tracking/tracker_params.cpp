@@ -192,7 +192,7 @@ Status check(const TrackerParams<Scalar>& params) {
 
 template void set_plan(CommonParams<float>&, const signal::AcquisitionPlan&);
 template Status check(const TrackerParams<float>&);
-#if TRICOIL_DOUBLE_TRACKERS
+#if TRICOIL_DOUBLE
 template void set_plan(CommonParams<double>&, const signal::AcquisitionPlan&);
 template Status check(const TrackerParams<double>&);
 #endif

@@ -345,7 +345,7 @@ void MatrixTracker<Scalar>::advance(bool valid, DeviceTime time) {
 }
 
 template class MatrixTracker<float>;
-#if TRICOIL_DOUBLE_TRACKERS
+#if TRICOIL_DOUBLE
 template class MatrixTracker<double>;
 #endif
 

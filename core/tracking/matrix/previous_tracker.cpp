@@ -52,7 +52,7 @@ void PreviousTracker<Scalar>::do_follow(const Pose& pose, bool is_step) {
 }
 
 template class PreviousTracker<float>;
-#if TRICOIL_DOUBLE_TRACKERS
+#if TRICOIL_DOUBLE
 template class PreviousTracker<double>;
 #endif
 
