@@ -12,12 +12,13 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 
 TOOLCHAIN = pathlib.Path(__file__).resolve().parent.parent.parent / "toolchain"
-RELATIONS = {"DESCRIBES", "GENERATED_FROM", "CONTAINS", "STATIC_LINK", "DYNAMIC_LINK", "BUILD_TOOL_OF"}
+RELATIONS = {"DESCRIBES", "GENERATED_FROM", "CONTAINS", "STATIC_LINK", "DYNAMIC_LINK", "DEPENDS_ON", "BUILD_TOOL_OF"}
 PARSE = "const parse = require(process.argv[1]); for (const text of process.argv.slice(2)) try { parse(text) } catch { console.log(text) }"
 
 
@@ -85,7 +86,7 @@ def names_in(bill, relation, kind):
 
 EXPECTED = (("STATIC_LINK", ".deb", {"libeigen3-dev", "libceres-dev", "libcli11-dev", "nlohmann-json3-dev", "libtomlplusplus-dev", "libgcc-12-dev"}),
             ("DYNAMIC_LINK", ".deb", {"libfmt9", "libusb-1.0-0", "libunicorn2"}), ("CONTAINS", ".deb", {"three", "uplot"}),
-            ("CONTAINS", ".whl", {"libfmt9"}), ("STATIC_LINK", ".whl", {"pybind11-dev"}),
+            ("CONTAINS", ".whl", {"libfmt9"}), ("DEPENDS_ON", ".whl", {"python3-numpy"}), ("STATIC_LINK", ".whl", {"pybind11-dev"}),
             ("STATIC_LINK", "nucleo-g474re.bin", {"libnewlib-arm-none-eabi", "gcc-arm-none-eabi"}))
 
 
@@ -118,8 +119,10 @@ def check_build(build):
         faults = [*faults_of_form(bill), *faults_of_files(bill, release)]
         for relation, names in (("STATIC_LINK", {"libeigen3-dev", "libcli11-dev", "libgcc-12-dev"}), ("DYNAMIC_LINK", {"libfmt9", "libstdc++6"})):
             faults += [f"no {relation} {name}" for name in sorted(names - names_in(bill, relation, ".deb"))]
+        if shutil.which("npm") and wrong_expressions(["MIT OR Apache-2.0", "Apache 2"]) != ["Apache 2"]:
+            faults.append("a wrong licence expression was not found")
         for spoil in (lambda b: b["packages"].pop(), lambda b: b["hasExtractedLicensingInfos"].clear(), lambda b: b["relationships"].pop(0),
-                      lambda b: b["packages"][0].update(licenseDeclared="Apache 2"), lambda b: b["packages"][0]["checksums"][0].update(checksumValue="0")):
+                      lambda b: b["packages"][0].update(licenseDeclared="LicenseRef-none"), lambda b: b["packages"][0]["checksums"][0].update(checksumValue="0")):
             spoiled = copy.deepcopy(bill)
             spoil(spoiled)
             if not [*faults_of_form(spoiled), *faults_of_files(spoiled, release)]:
