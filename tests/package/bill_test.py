@@ -12,7 +12,6 @@ import json
 import os
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -49,6 +48,8 @@ def faults_of_form(bill):
             yield f"{name}: not an SPDXID"
         if not package.get("name") or not package.get("versionInfo") or not package.get("downloadLocation"):
             yield f"{name}: no name, version or download location"
+        if not re.fullmatch(r"[\w.+-]+( (AND|OR|WITH) [\w.+-]+)*", package["licenseDeclared"]):
+            yield f"{name}: licence {package['licenseDeclared']}"
         for licence in re.findall(r"LicenseRef-[A-Za-z0-9.-]+", package["licenseDeclared"]):
             if licence not in texts:
                 yield f"{name}: no text of {licence}"
@@ -63,6 +64,10 @@ def faults_of_form(bill):
             yield f"relationship {relation}"
     for name in known - {end for relation in relationships for end in (relation["spdxElementId"], relation["relatedSpdxElement"])}:
         yield f"{name}: without a relationship"
+    described = {relation["relatedSpdxElement"] for relation in relationships if relation["relationshipType"] == "DESCRIBES"}
+    for package in packages:
+        if "packageFileName" in package and package["SPDXID"] not in described:
+            yield f"{package['SPDXID']}: a file that the document does not describe"
     for text in wrong_expressions(sorted({package["licenseDeclared"] for package in packages})):
         yield f"licence expression {text}"
 
@@ -119,14 +124,12 @@ def check_build(build):
         faults = [*faults_of_form(bill), *faults_of_files(bill, release)]
         for relation, names in (("STATIC_LINK", {"libeigen3-dev", "libcli11-dev", "libgcc-12-dev"}), ("DYNAMIC_LINK", {"libfmt9", "libstdc++6"})):
             faults += [f"no {relation} {name}" for name in sorted(names - names_in(bill, relation, ".deb"))]
-        if shutil.which("npm") and wrong_expressions(["MIT OR Apache-2.0", "Apache 2"]) != ["Apache 2"]:
-            faults.append("a wrong licence expression was not found")
-        for spoil in (lambda b: b["packages"].pop(), lambda b: b["hasExtractedLicensingInfos"].clear(), lambda b: b["relationships"].pop(0),
-                      lambda b: b["packages"][0].update(licenseDeclared="LicenseRef-none"), lambda b: b["packages"][0]["checksums"][0].update(checksumValue="0")):
+        for n, spoil in enumerate((lambda b: b["packages"].pop(), lambda b: b["hasExtractedLicensingInfos"].clear(), lambda b: b["relationships"].pop(0),
+                      lambda b: b["packages"][0].update(licenseDeclared="Apache 2"), lambda b: b["packages"][0]["checksums"][0].update(checksumValue="0"))):
             spoiled = copy.deepcopy(bill)
             spoil(spoiled)
             if not [*faults_of_form(spoiled), *faults_of_files(spoiled, release)]:
-                faults.append("a wrong bill was not found")
+                faults.append(f"wrong bill {n} was not found")
     print(*faults, f"bill_test: {len(bill['packages'])} packages, {len(faults)} faults", sep="\n")
     return not faults
 
