@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 TOOLCHAIN = pathlib.Path(__file__).resolve().parent.parent.parent / "toolchain"
-RELATIONS = {"DESCRIBES", "GENERATED_FROM", "CONTAINS", "STATIC_LINK", "DYNAMIC_LINK", "BUILD_TOOL_OF"}
+RELATIONS = {"DESCRIBES", "GENERATED_FROM", "CONTAINS", "STATIC_LINK", "DYNAMIC_LINK", "DEPENDS_ON", "BUILD_TOOL_OF"}
 PARSE = "const parse = require(process.argv[1]); for (const text of process.argv.slice(2)) try { parse(text) } catch { console.log(text) }"
 
 
@@ -48,6 +48,8 @@ def faults_of_form(bill):
             yield f"{name}: not an SPDXID"
         if not package.get("name") or not package.get("versionInfo") or not package.get("downloadLocation"):
             yield f"{name}: no name, version or download location"
+        if not re.fullmatch(r"[\w.+-]+( (AND|OR|WITH) [\w.+-]+)*", package["licenseDeclared"]):
+            yield f"{name}: licence {package['licenseDeclared']}"
         for licence in re.findall(r"LicenseRef-[A-Za-z0-9.-]+", package["licenseDeclared"]):
             if licence not in texts:
                 yield f"{name}: no text of {licence}"
@@ -89,7 +91,7 @@ def names_in(bill, relation, kind):
 
 EXPECTED = (("STATIC_LINK", ".deb", {"libeigen3-dev", "libceres-dev", "libcli11-dev", "nlohmann-json3-dev", "libtomlplusplus-dev", "libgcc-12-dev"}),
             ("DYNAMIC_LINK", ".deb", {"libfmt9", "libusb-1.0-0", "libunicorn2"}), ("CONTAINS", ".deb", {"three", "uplot"}),
-            ("CONTAINS", ".whl", {"libfmt9"}), ("STATIC_LINK", ".whl", {"pybind11-dev"}),
+            ("CONTAINS", ".whl", {"libfmt9"}), ("DEPENDS_ON", ".whl", {"python3-numpy"}), ("STATIC_LINK", ".whl", {"pybind11-dev"}),
             ("STATIC_LINK", "nucleo-g474re.bin", {"libnewlib-arm-none-eabi", "gcc-arm-none-eabi"}))
 
 
