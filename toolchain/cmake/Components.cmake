@@ -1,13 +1,15 @@
-# Packages of the host programs. All need those of tricoil_require(), where one line names a missing or unsuitable package.
+# Packages of the host programs. All need those of tricoil_require(), where one line names a missing or too old
+# package; toolchain/build shows this line alone.
 # tricoil_require(NAME DEBIAN-PACKAGE [VERSION])
 function(tricoil_require name package)
   find_package(${name} ${ARGN} QUIET CONFIG)
   if(NOT ${name}_FOUND)
     list(JOIN ${name}_CONSIDERED_VERSIONS " " versions)
+    string(JOIN " " wanted ${name} ${ARGN})
     if(versions)
-      message(FATAL_ERROR " needs ${name} ${ARGN} (package ${package}), and this system has ${versions}")
+      message(FATAL_ERROR " tricoil needs ${wanted} (package ${package}), and this system has ${versions}")
     endif()
-    message(FATAL_ERROR " needs ${name} ${ARGN}: install ${package}")
+    message(FATAL_ERROR " tricoil needs ${wanted}: install ${package}")
   endif()
 endfunction()
 tricoil_require(Eigen3 libeigen3-dev 3.4)
