@@ -27,6 +27,10 @@ endif()
 # (FAST, FREESTANDING) at -O2. Images: see toolchain/cmake/arm-none-eabi.cmake.
 if(NOT CMAKE_CROSSCOMPILING)
   string(REPLACE "-O3" "-O1" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")
+  # From GCC 13, -O2 sets this option and -O1 ignores it. Both need it to share precompiled headers.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13 AND CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
+    add_compile_options(-munroll-only-small-loops)
+  endif()
 endif()
 
 # Host: every library can become part of a shared library. Symbols are hidden, so calls within a program cost nothing more; libraries and
