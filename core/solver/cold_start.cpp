@@ -284,13 +284,14 @@ Result<ColdSolution<Scalar>> solve_cold(const Model<Scalar>& model, const Mat3<S
     return search.best();
 }
 
-template Result<RigidPose<float>> corrected_direct(const Model<float>&, const Mat3<float>&, const Vec3<float>&, int);
-template Result<ColdSolution<float>> solve_cold(const Model<float>&, const Mat3<float>&, const Mat3<float>&,
-                                                const ColdStartParams<float>&);
 #if TRICOIL_DOUBLE_TRACKERS
 template Result<RigidPose<double>> corrected_direct(const Model<double>&, const Mat3<double>&, const Vec3<double>&, int);
 template Result<ColdSolution<double>> solve_cold(const Model<double>&, const Mat3<double>&, const Mat3<double>&,
                                                  const ColdStartParams<double>&);
+#else
+template Result<RigidPose<float>> corrected_direct(const Model<float>&, const Mat3<float>&, const Vec3<float>&, int);
+template Result<ColdSolution<float>> solve_cold(const Model<float>&, const Mat3<float>&, const Mat3<float>&,
+                                                const ColdStartParams<float>&);
 #endif
 
 }  // namespace tricoil::solver

@@ -51,9 +51,10 @@ void PreviousTracker<Scalar>::do_follow(const Pose& pose, bool is_step) {
     }
 }
 
-template class PreviousTracker<float>;
 #if TRICOIL_DOUBLE_TRACKERS
 template class PreviousTracker<double>;
+#else
+template class PreviousTracker<float>;
 #endif
 
 }  // namespace tricoil::tracking
