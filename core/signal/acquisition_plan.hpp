@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <complex>
 
 #include "core/base/status.hpp"
 #include "core/signal/excitation.hpp"
