@@ -9,7 +9,6 @@ constexpr std::int64_t kNearPeakTurnsQ32 = 193'502'938;  // acos(0.99) / pi of a
 constexpr int kNearPeakDivisor = 200;                    // 1 % of half the peak-to-peak value
 constexpr int kMinFlatTops = 3;                          // fewer may occur by chance
 constexpr std::int64_t kClearSwingCodes = 2000;          // below it, quantisation causes flat tops
-constexpr int kDcDivisor = 4;
 
 struct ChannelRange {
     std::int32_t lowest;
@@ -58,7 +57,7 @@ int longest_natural_run(std::span<const int> cycles, int window_samples) {
     return static_cast<int>((kNearPeakTurnsQ32 * window_samples / std::max(slowest, 1)) >> 32) + 2;  // 2^28 * 2^10 at most
 }
 
-ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std::int32_t linear_range) {
+ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std::int32_t linear_range, int offset_divisor) {
     ColumnFlags flags;
     if (window.empty()) {
         return flags;
@@ -68,8 +67,8 @@ ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std:
         const ChannelRange range = measure(window, channel);
         const bool known = linear_range > 0;
         flags.set_if(known && (range.highest >= linear_range || range.lowest <= -linear_range), ColumnFlag::saturated);
-        // |sum| / N > full scale / 4. Both sides of the comparison are at most 2^33 N.
-        flags.set_if(known && kDcDivisor * std::max(range.sum, -range.sum) > samples * linear_range, ColumnFlag::dc_offset);
+        // |sum| / N > range / divisor. With a divisor below 8, both sides of the comparison are below 2^34 N.
+        flags.set_if(known && offset_divisor * std::max(range.sum, -range.sum) > samples * linear_range, ColumnFlag::dc_offset);
         flags.set_if(range.lowest == range.highest && channel != kReferenceChannel, ColumnFlag::stuck);
         flags.set_if(has_flat_tops(window, channel, range, natural_run), ColumnFlag::clipped);
     }

@@ -14,9 +14,9 @@ namespace tricoil::signal {
 int longest_natural_run(std::span<const int> cycles, int window_samples);
 
 /// Flags of `window`, set if any channel shows the fault: saturated, clipped, stuck (sensor channels only), dc_offset (a mean
-/// beyond a quarter of the range). linear_range: largest code magnitude in the linear range; 0 or less: unknown. Clipping below
-/// it is detected by flat tops: more consecutive samples within 1 % of the peak than `natural_run`. Any codes are allowed. An
-/// empty window has no flags.
-ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std::int32_t linear_range);
+/// beyond 1 / offset_divisor of the range). linear_range: largest code magnitude in the linear range; 0 or less: unknown.
+/// Clipping below it is detected by flat tops: more consecutive samples within 1 % of the peak than `natural_run`. Any codes are
+/// allowed. An empty window has no flags.
+ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std::int32_t linear_range, int offset_divisor = 4);
 
 }  // namespace tricoil::signal

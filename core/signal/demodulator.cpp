@@ -32,9 +32,7 @@ Demodulator<Scalar>::Demodulator(const AcquisitionPlan& plan, const DemodulatorP
     : plan_(plan),
       params_(params),
       noise_estimator_(plan),
-      natural_run_(longest_natural_run(
-          std::span(plan.window_cycles).first(static_cast<std::size_t>(std::min(plan.carriers(), kSourceCoils))),
-          plan.window_samples)) {
+      natural_run_(longest_natural_run(plan.high_cycles(), plan.window_samples)) {
     for (std::size_t j = 0; j < static_cast<std::size_t>(plan.carriers()); ++j) {
         oscillators_[j] = Oscillator<Scalar>(plan.window_cycles[j], plan.window_samples);
         carrier_rad_s_[j] = 2 * std::numbers::pi_v<Scalar> * static_cast<Scalar>(plan.params.carrier_hz[j]);

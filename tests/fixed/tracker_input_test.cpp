@@ -4,6 +4,7 @@
 #include <random>
 
 #include "core/fixed/tracker.hpp"
+#include "core/signal/block_health.hpp"
 #include "tests/support/integer_blocks.hpp"
 
 namespace tricoil::fixed {

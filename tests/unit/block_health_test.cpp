@@ -10,8 +10,7 @@ namespace tricoil::signal {
 namespace {
 
 ColumnFlags flags_of(const std::vector<Sample>& window, const AcquisitionPlan& plan, std::int32_t linear_range) {
-    const auto cycles = std::span(plan.window_cycles).first(static_cast<std::size_t>(plan.carriers()));
-    return inspect_window(window, longest_natural_run(cycles, plan.window_samples), linear_range);
+    return inspect_window(window, longest_natural_run(plan.high_cycles(), plan.window_samples), linear_range);
 }
 
 TEST(BlockHealth, UnknownFullScaleMeansNoSaturationAndNoOffset) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "board/pose_text/served_pose.hpp"
+#include "core/geometry/angles.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::host::fastrak {
