@@ -99,7 +99,7 @@ private:
             }
             const auto window = block_.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
             const auto linear = static_cast<std::int32_t>(kLinearShare * static_cast<float>(block_.full_scale));
-            if (!inspect_window(window, natural_run_, linear, kOffsetDivisor).empty()) {
+            if (!signal::inspect_window(window, natural_run_, linear, kOffsetDivisor).empty()) {
                 return kOutOfTolerance;
             }
             add(lock_in(oscillator_, window), sum);
