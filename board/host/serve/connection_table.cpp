@@ -48,7 +48,7 @@ ConnectionTable::Place ConnectionTable::enter(int descriptor) {
     const bool address_is_full = count(true) >= kMaxOfOneAddress;
     if (address_is_full || count(false) >= kMaxClients) {
         Client* silent = nullptr;
-        auto longest = kReplaceable;
+        auto longest = replaceable_;
         for (Client& client : clients_) {
             const auto time = time_without_data(client.descriptor);
             if (!client.leaving && (!address_is_full || client.address == address) && time >= longest) {

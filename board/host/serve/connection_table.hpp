@@ -12,7 +12,7 @@
 namespace tricoil::host {
 
 /// If the limit is reached, in total or for one address, the client that has been sent nothing for longest, because it does not
-/// read or requests nothing, is disconnected to make room, but not before kReplaceable. If there is none, the new client is
+/// read or requests nothing, is disconnected to make room, but not before `replaceable`. If there is none, the new client is
 /// refused. Several threads may use it.
 class ConnectionTable {
 public:
@@ -23,7 +23,8 @@ public:
     using Place = std::shared_ptr<const void>;
 
     /// name: of the output, for notices.
-    explicit ConnectionTable(std::string name) : notice_(std::move(name)) {}
+    explicit ConnectionTable(std::string name, std::chrono::milliseconds replaceable = kReplaceable)
+        : replaceable_(replaceable), notice_(std::move(name)) {}
 
     /// Place for the client of this descriptor; null, with a notice, if it is refused.
     [[nodiscard]] Place enter(int descriptor);
@@ -36,6 +37,7 @@ private:
         bool leaving = false;
     };
 
+    std::chrono::milliseconds replaceable_;
     mutable std::mutex mutex_;
     std::list<Client> clients_;
     LimitedNotice notice_;
