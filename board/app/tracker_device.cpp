@@ -84,14 +84,10 @@ Status TrackerDevice::measure_gain() {
     return status;
 }
 
-/// Errors: those of CoilCorrection::ideal_triads; invalid_argument for an output correction, which this tracker does not support,
-/// and for errors of converters in an image without their correction.
+/// Errors: those of CoilCorrection::ideal_triads; invalid_argument for an output correction, which this tracker does not support.
 Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibration::Calibration<float>& c) {
     if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
         return Status{StatusCode::invalid_argument, "output correction is not supported"};
-    }
-    if (!signal::kCorrectsConverters && !(c.converters == signal::ConverterErrors{})) {
-        return Status{StatusCode::invalid_argument, "this image does not correct converters"};
     }
     return calibration::CoilCorrection<float>::ideal_triads(c);
 }
@@ -242,6 +238,10 @@ Status TrackerDevice::begin() {
     common.hemisphere = commanded_hemisphere_.value_or(hemisphere_);
     tracking::set_plan(common, plan());
     params.correction = coils_;
+    if (params.correction) {
+        // The phases of a calibration are those of one kind of multiplexing, and the host may have changed that.
+        params.correction->ignore_quadrature();
+    }
     loop_.emplace(params, Devices<float>{hardware_.clock, hardware_.coils, sampler_, *this, this});
     const Status status = loop_->start();
     is_measuring_ = status.ok();

@@ -20,8 +20,6 @@ constexpr app::MeasuringMode with_response(const signal::AcquisitionPlan& plan) 
     return stm32g4_board::with_response(plan, kUnityResponseHz);
 }
 
-static_assert(kHasLowBand, "configure with -DTRICOIL_LOW_BAND=ON, as the preset does");
-
 /// Modes; the first one is active after power-on. The FDM modes have the same carriers, 7.66, 9.57 and 13.40 kHz, such that no
 /// third-order product of two has the frequency of the third. TDM has one carrier, 10.77 kHz. Two bands: 7.66, 10.05 and
 /// 13.40 kHz and 479, 718 and 957 Hz, such that also no high carrier plus or minus two low ones has the frequency of another.

@@ -22,8 +22,6 @@ void tricoil::assertion_failed(const char* condition, const char* file, int line
     (void)semihosting::Console().write(text.view());
     board::halt();
 }
-void tricoil::assertion_failed() { board::halt(); }
-
 extern "C" {
 extern std::uint32_t stack_top[];  // NOLINT(readability-identifier-naming): name of the linker script
 

@@ -44,15 +44,5 @@ function(tricoil_stm32g4_tracker name)
     SOURCES $<TARGET_OBJECTS:${name}_parts>
     DEPENDS ${ARG_PARTS} ${links} tricoil_small_trigonometry)
 
-  # Flash is scarce, so everything except loops over samples is built for size (toolchain/presets/targets.json). The compiler then does
-  # not inline Eigen's small functions, which adds 4 KB, so they are inlined by attribute. This costs minutes of compile time; sources
-  # outside the image are excluded.
-  set(inlined "-DEIGEN_STRONG_INLINE=__attribute__((always_inline)) inline")
-  get_target_property(sources tricoil_core SOURCES)
-  list(FILTER sources INCLUDE REGEX "^(calibration|error_model/(error_budget|sampling_error|step_error)|protocol|selfcheck|signal|solver|tracking/scaat)")
-  list(TRANSFORM sources PREPEND ${PROJECT_SOURCE_DIR}/core/)
-  set_property(SOURCE ${sources} TARGET_DIRECTORY tricoil_core APPEND PROPERTY COMPILE_OPTIONS ${inlined})
-  foreach(target tricoil_app ${name}_parts ${ARG_PARTS} tricoil_small_trigonometry ${name})
-    target_compile_options(${target} PRIVATE ${inlined})
-  endforeach()
+  # Flash is scarce, so everything except loops over samples is built for size (toolchain/presets/targets.json).
 endfunction()

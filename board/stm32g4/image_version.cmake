@@ -1,7 +1,7 @@
 # Writes OUT: version of the project and commit of the build, with a + if files differ from the commit.
-execute_process(COMMAND git -C ${SOURCE_DIR} describe --always --abbrev=10 --dirty=+ --exclude=*
-  OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
-if(failed)
+include(${CMAKE_CURRENT_LIST_DIR}/../../toolchain/cmake/FindCommit.cmake)
+tricoil_find_commit(${SOURCE_DIR} 10 + commit)
+if(commit STREQUAL "")
   set(commit unknown)
 endif()
 string(REPLACE "." ";" parts ${VERSION})

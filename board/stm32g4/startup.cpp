@@ -48,7 +48,6 @@ constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory; has its own v
 [[noreturn]] void tricoil::board::halt() { stm32g4_board::end_at(__builtin_return_address(0)); }
 
 // The fault record has the address after the call; addr2line names the line.
-void tricoil::assertion_failed() { stm32g4_board::end_at(__builtin_return_address(0)); }
 void tricoil::assertion_failed(const char*, const char*, int) { stm32g4_board::end_at(__builtin_return_address(0)); }
 
 /// For programs that end. A tracker board does not end.

@@ -11,6 +11,4 @@ void assertion_failed(const char* condition, const char* file, int line) {
     std::abort();
 }
 
-void assertion_failed() { assertion_failed("(built without messages)", "tricoil", 0); }
-
 }  // namespace tricoil

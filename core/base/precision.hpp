@@ -1,13 +1,12 @@
-// Precisions in which the core is compiled: always float. Builds for boards turn double off where nothing uses it.
+// Precisions in which the core is compiled, besides those that all builds have: demodulator and filter for concentric coils in float.
 #pragma once
 
-/// Lock-in, direct and previous-measurement solvers, error model and self-check in double: off for boards without
-/// TRICOIL_WHOLE_CORE.
+/// Double. Boards without TRICOIL_WHOLE_CORE turn it off, because nothing there uses it.
 #ifndef TRICOIL_DOUBLE
 #define TRICOIL_DOUBLE 1
 #endif
 
-/// Demodulator, noise estimate, trackers, cold start and refinement in double: only for programs.
-#ifndef TRICOIL_DOUBLE_TRACKERS
-#define TRICOIL_DOUBLE_TRACKERS 1
+/// The other trackers in float. Images have them; programs run these in double (tests: library tricoil_core_float).
+#ifndef TRICOIL_FLOAT_TRACKERS
+#define TRICOIL_FLOAT_TRACKERS 0
 #endif

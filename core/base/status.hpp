@@ -22,16 +22,11 @@ enum class StatusCode : std::uint8_t {
     over_current,      // the power stages have shut down because of over-current
 };
 
-/// Outcome of an operation. `message` is a string literal that names the cause and the remedy. It is empty if the code is ok, and
-/// in builds without TRICOIL_STATUS_MESSAGES.
+/// Outcome of an operation. `message` is a string literal that names the cause and the remedy. It is empty if the code is ok.
 class [[nodiscard]] Status {
 public:
     constexpr Status() = default;
-#if TRICOIL_STATUS_MESSAGES
     constexpr Status(StatusCode code, const char* message) : code_(code), message_(message) {}
-#else
-    constexpr Status(StatusCode code, const char*) : code_(code) {}
-#endif
 
     [[nodiscard]] constexpr bool ok() const { return code_ == StatusCode::ok; }
     [[nodiscard]] constexpr StatusCode code() const { return code_; }
@@ -39,11 +34,7 @@ public:
 
 private:
     StatusCode code_ = StatusCode::ok;
-#if TRICOIL_STATUS_MESSAGES
     const char* message_ = "";
-#else
-    static constexpr const char* message_ = "";
-#endif
 };
 
 /// Either a value, or the Status that gives the reason why there is no value. Access to the value of a failed result and
@@ -51,8 +42,9 @@ private:
 template <typename T>
 class [[nodiscard]] Result {
 public:
-    Result(T value)
-        : content_(std::in_place_index<0>, std::move(value)) {}         // NOLINT(google-explicit-constructor): `return value;`
+    // NOLINTNEXTLINE(google-explicit-constructor): `return value;`, which is copied once
+    Result(const T& value) : content_(std::in_place_index<0>, value) {}
+    Result(T&& value) : content_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
     Result(Status status) : content_(std::in_place_index<1>, status) {  // NOLINT(google-explicit-constructor): `return status;`
         TRICOIL_ASSERT(!status.ok());
     }

@@ -96,6 +96,8 @@ public:
     [[nodiscard]] bool has_own_axes() const { return has_own_axes_; }
     [[nodiscard]] Scalar misfit_floor() const { return misfit_floor_; }
     [[nodiscard]] Scalar quadrature_floor() const { return quadrature_floor_; }
+    /// Then trackers do not judge quadratures.
+    void ignore_quadrature() { quadrature_floor_ = 1; }
     [[nodiscard]] const LowBand<Scalar>& low_band() const { return low_band_; }
     /// Metal at rest in the frame and units of the corrected columns. Empty after phases().
     [[nodiscard]] const field::InducedDipoles<Scalar>& surroundings() const { return surroundings_; }

@@ -15,6 +15,7 @@ Fixed<Out> dot(const Dense<A>& a, const Dense<B>& b) {
     constexpr int kBits = A::Scalar::kFractionBits + B::Scalar::kFractionBits - Out;
     static_assert(A::kSize == 3 && B::kSize == 3 && kBits >= 0 && kBits <= 31);  // 2^63 saturates
     std::int64_t sum = 0;
+#pragma GCC unroll 3
     for (Index i = 0; i < 3; ++i) {
         const std::int64_t product = std::int64_t{a(i).raw()} * b(i).raw();
         if (__builtin_add_overflow(sum, product, &sum)) {

@@ -1,6 +1,6 @@
-// For programs that use Eigen: matrices and quaternions of the core as Eigen's, without a copy. The other way needs no function:
-// a Matrix or Quaternion is constructed from any fixed-size Eigen expression or quaternion. Nothing in the core includes this
-// file.
+// For programs that use Eigen: eigen() shows matrices and quaternions of the core as Eigen's, view() shows Eigen's matrices as
+// parts of core's matrices; neither copies. Besides, a Matrix or Quaternion is constructed from any fixed-size Eigen expression
+// or quaternion. Nothing in the core includes this file.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -47,5 +47,20 @@ template <typename Scalar>
 Eigen::Quaternion<Scalar> eigen(const Quaternion<Scalar>&& q) {
     return eigen(q);
 }
+
+template <typename Element, int Rows, int Columns, bool ByRows>
+using EigenView = Block<Element, Rows, Columns, (ByRows ? Columns : 1), (ByRows ? 1 : Rows)>;
+
+/// The entries of a fixed-size matrix of Eigen, which must outlive the result, as a part of a matrix.
+template <typename Scalar, int Rows, int Columns, int Options>
+auto view(Eigen::Matrix<Scalar, Rows, Columns, Options>& m) {
+    return EigenView<Scalar, Rows, Columns, (Options & Eigen::RowMajor) != 0>(m.data());
+}
+template <typename Scalar, int Rows, int Columns, int Options>
+auto view(const Eigen::Matrix<Scalar, Rows, Columns, Options>& m) {
+    return EigenView<const Scalar, Rows, Columns, (Options & Eigen::RowMajor) != 0>(m.data());
+}
+template <typename Scalar, int Rows, int Columns, int Options>
+void view(const Eigen::Matrix<Scalar, Rows, Columns, Options>&& m) = delete;  // the result would refer to a temporary
 
 }  // namespace tricoil

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <array>
-#include <complex>
+#include <span>
 
 #include "core/base/status.hpp"
 #include "core/signal/excitation.hpp"
@@ -33,10 +33,13 @@ struct AcquisitionPlan {
     std::array<int, kMaxCarriers> window_cycles{};  // whole carrier cycles in the window
 
     [[nodiscard]] bool is_tdm() const { return params.multiplexing == Multiplexing::tdm; }
-    /// Always false without kHasLowBand; a dual-band plan is then one of FDM.
-    [[nodiscard]] constexpr bool has_low_band() const { return kHasLowBand && params.multiplexing == Multiplexing::dual_band; }
+    [[nodiscard]] constexpr bool has_low_band() const { return params.multiplexing == Multiplexing::dual_band; }
     /// Carriers at the same time.
     [[nodiscard]] int carriers() const { return is_tdm() ? 1 : (has_low_band() ? kMaxCarriers : kSourceCoils); }
+    /// Whole cycles of the high carriers in the window.
+    [[nodiscard]] std::span<const int> high_cycles() const {
+        return std::span(window_cycles).first(is_tdm() ? 1U : kSourceCoils);
+    }
     [[nodiscard]] double window_s() const { return window_samples / params.sample_rate_hz; }
     [[nodiscard]] double block_s() const { return block_samples / params.sample_rate_hz; }
 };

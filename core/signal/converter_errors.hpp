@@ -1,7 +1,6 @@
 // Errors of the sensor channels' converters and gain steps, and their correction.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -11,12 +10,6 @@
 #include "core/signal/gain_step.hpp"
 
 namespace tricoil::signal {
-
-/// Correction of the converters: off for images without TRICOIL_CONVERTER_ERRORS. Equal in all files of a program.
-#ifndef TRICOIL_CONVERTER_ERRORS
-#define TRICOIL_CONVERTER_ERRORS 1
-#endif
-constexpr bool kCorrectsConverters = TRICOIL_CONVERTER_ERRORS != 0;
 
 /// Integral non-linearity of each sensor channel's converter, as jumps of its characteristic, and the remaining error of each
 /// gain step after GainControl::measure(). The default is no error.

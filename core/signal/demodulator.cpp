@@ -16,26 +16,24 @@ std::int32_t linear_range(std::int32_t full_scale, float share) {
     return share < 1 ? static_cast<std::int32_t>(share * static_cast<float>(full_scale)) : full_scale;
 }
 
-/// Amplitude of the mean of some conversions in a sample, relative to that of a conversion. turns: of the carrier per sample.
-[[maybe_unused]] float gain_of_sum(double turns, int conversions) {
-    std::complex<double> sum;
-    for (int k = 0; k < conversions; ++k) {
-        sum += unit_phasor(turns * k / conversions);
-    }
-    return static_cast<float>(std::sqrt(sum.real() * sum.real() + sum.imag() * sum.imag())) / static_cast<float>(conversions);
+/// Amplitude of the mean of some conversions in a sample, relative to that of a conversion. turns: of the carrier per sample,
+/// less than one. The sum of n phasors at equal steps is sin(pi turns) / sin(pi turns / n).
+float gain_of_sum(double turns, int conversions) {
+    return static_cast<float>(unit_phasor(turns / 2).imag() / (conversions * unit_phasor(turns / 2 / conversions).imag()));
 }
 
 }  // namespace
 
 template <typename Scalar>
 Demodulator<Scalar>::Demodulator(const AcquisitionPlan& plan, const DemodulatorParams<Scalar>& params)
-    : plan_(plan), params_(params), noise_estimator_(plan) {
+    : plan_(plan),
+      params_(params),
+      noise_estimator_(plan),
+      natural_run_(longest_natural_run(plan.high_cycles(), plan.window_samples)) {
     for (std::size_t j = 0; j < static_cast<std::size_t>(plan.carriers()); ++j) {
         oscillators_[j] = Oscillator<Scalar>(plan.window_cycles[j], plan.window_samples);
         carrier_rad_s_[j] = 2 * std::numbers::pi_v<Scalar> * static_cast<Scalar>(plan.params.carrier_hz[j]);
-        if constexpr (kCorrectsConverters) {
-            sum_gain_[j] = gain_of_sum(plan.params.carrier_hz[j] / plan.params.sample_rate_hz, params.conversions);
-        }
+        sum_gain_[j] = gain_of_sum(plan.params.carrier_hz[j] / plan.params.sample_rate_hz, params.conversions);
     }
     const double middle_samples = plan.params.guard_samples + 0.5 * (plan.window_samples - 1);
     midpoint_offset_ = microseconds_from_seconds(middle_samples / plan.params.sample_rate_hz);
@@ -54,7 +52,7 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
         return Status{StatusCode::invalid_argument, "block was sampled with a gain step that is not calibrated"};
     }
     const auto window = block.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
-    ColumnFlags flags = inspect_window(window, plan_, linear_range(block.full_scale, params_.linear_share), params_.dc_limit);
+    ColumnFlags flags = inspect_window(window, natural_run_, linear_range(block.full_scale, params_.linear_share));
     const bool switched = has_noise_ && block.gain_step != gain_step_;
     flags.set_if(switched && !plan_.is_tdm(), ColumnFlag::gain_changed);
     has_noise_ = has_noise_ && !switched;  // noise in codes depends on the gain
@@ -64,14 +62,10 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     Columns<Scalar> columns;
     for (int carrier = 0; carrier < plan_.carriers(); ++carrier) {
         ChannelPhasors<Scalar>& of_carrier = phasors[static_cast<std::size_t>(carrier)];
-        if constexpr (kCorrectsConverters) {
-            const Levels levels = correct_converters(block, carrier, of_carrier);
-            columns.push_back(make_column(block, carrier, of_carrier, flags));
-            columns[columns.size() - 1].level = levels;
-            columns[columns.size() - 1].gain_step = block.gain_step;
-        } else {
-            columns.push_back(make_column(block, carrier, of_carrier, flags));
-        }
+        const Levels levels = correct_converters(block, carrier, of_carrier);
+        columns.push_back(make_column(block, carrier, of_carrier, flags));
+        columns[columns.size() - 1].level = levels;
+        columns[columns.size() - 1].gain_step = block.gain_step;
     }
     return columns;
 }
@@ -173,7 +167,7 @@ MeasuredColumn<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block
 }
 
 template class Demodulator<float>;
-#if TRICOIL_DOUBLE_TRACKERS
+#if TRICOIL_DOUBLE
 template class Demodulator<double>;
 #endif
 

@@ -13,13 +13,8 @@ constexpr int kSourceCoils = 3;
 constexpr int kSensorCoils = 3;
 constexpr std::size_t kCouplings = kSourceCoils * kSensorCoils;
 
-/// Two bands: off for images without TRICOIL_LOW_BAND, which have little RAM and stack. Equal in all files of a program.
-#ifndef TRICOIL_LOW_BAND
-#define TRICOIL_LOW_BAND 1
-#endif
-constexpr bool kHasLowBand = TRICOIL_LOW_BAND != 0;
 /// Carriers at the same time: a high one for each source coil, and with two bands also a low one, in the order of the coils.
-constexpr int kMaxCarriers = kHasLowBand ? 2 * kSourceCoils : kSourceCoils;
+constexpr int kMaxCarriers = 2 * kSourceCoils;
 
 /// State in which only source coil j (0-2) is driven.
 constexpr Excitation single_coil(int j) { return static_cast<Excitation>(static_cast<int>(Excitation::s1) + j); }

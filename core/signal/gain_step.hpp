@@ -21,18 +21,16 @@ struct GainStep {
     Scalar noise = 1;  // power of the noise at the carriers relative to that of NoiseEstimator, which assumes white noise
     Scalar drive = 1;  // of the source, relative to full drive; division by the reference removes it from the couplings
 
-    /// Response at an angular frequency, rad/s. ladder_s: T; 0: no capacitor. Only in programs and images with two bands: at the
-    /// high carriers it shifts the phase by 2 mrad.
-    [[nodiscard]] std::complex<Scalar> response(std::size_t coil, Scalar w_rad_s, [[maybe_unused]] Scalar ladder_s = 0) const {
+    /// Response at an angular frequency, rad/s. ladder_s: T; 0: no capacitor. At the high carriers it shifts
+    /// the phase by 2 mrad.
+    [[nodiscard]] std::complex<Scalar> response(std::size_t coil, Scalar w_rad_s, Scalar ladder_s = 0) const {
         const Scalar turn = w_rad_s * lag_s[coil];
         const Scalar scale = gain[coil] / (1 + turn * turn);
-        if constexpr (kHasLowBand) {
-            if (ladder_s > 0) {
-                const Scalar lead = 1 / (w_rad_s * ladder_s);
-                const Scalar blocked = (gain[coil] - 1) * lead / (1 + lead * lead) / (1 + turn * turn);
-                // (1 + (gain - 1) (1 + i lead) / (1 + lead^2)) (1 - i turn) / (1 + turn^2)
-                return {scale + blocked * (turn - lead), -scale * turn + blocked * (1 + lead * turn)};
-            }
+        if (ladder_s > 0) {
+            const Scalar lead = 1 / (w_rad_s * ladder_s);
+            const Scalar blocked = (gain[coil] - 1) * lead / (1 + lead * lead) / (1 + turn * turn);
+            // (1 + (gain - 1) (1 + i lead) / (1 + lead^2)) (1 - i turn) / (1 + turn^2)
+            return {scale + blocked * (turn - lead), -scale * turn + blocked * (1 + lead * turn)};
         }
         return {scale, -scale * turn};
     }

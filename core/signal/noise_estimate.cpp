@@ -59,7 +59,7 @@ std::array<Scalar, kChannels> NoiseEstimator<Scalar>::sample_sigma(std::span<con
 }
 
 template class NoiseEstimator<float>;
-#if TRICOIL_DOUBLE_TRACKERS
+#if TRICOIL_DOUBLE
 template class NoiseEstimator<double>;
 #endif
 

@@ -30,7 +30,9 @@ template <typename Scalar>
     auto at = field::signal_model<Scalar>(model, pose.position_m, pose.q_source_sensor.toRotationMatrix().transpose());
     result.range_m = pose.position_m.norm();
     const Vec9<Scalar> residual = weights.reshaped().cwiseProduct((at.x - x).reshaped());
-    at.jacobian = weights.reshaped().asDiagonal() * at.jacobian;
+    for (Index i = 0; i < 9; ++i) {
+        at.jacobian.row(i) *= weights(i);
+    }
     at.jacobian.template leftCols<3>() *= result.range_m;
     result.cost = residual.squaredNorm();
     result.information = at.jacobian.transpose() * at.jacobian;
@@ -198,11 +200,13 @@ Result<Minimum<Scalar>> minimise(const field::GeneralDipole<Scalar>& model, cons
     return Iteration<Scalar>(model, x, weights, start, params).run();
 }
 
+#if TRICOIL_FLOAT_TRACKERS
 template Result<Refinement<float>> refine(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
                                           const RigidPose<float>&, const RefineParams<float>&);
 template Result<Minimum<float>> minimise(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
                                          const RigidPose<float>&, const RefineParams<float>&);
-#if TRICOIL_DOUBLE_TRACKERS
+#endif
+#if TRICOIL_DOUBLE
 template Result<Refinement<double>> refine(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
                                            const RigidPose<double>&, const RefineParams<double>&);
 template Result<Minimum<double>> minimise(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,

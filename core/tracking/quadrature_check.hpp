@@ -18,7 +18,7 @@ public:
     /// Judges the columns of a matrix. strength: k, coupling units. True if they show metal.
     bool add(const SignalMatrix<Scalar>& matrix, Scalar strength, const ColumnMotion<Scalar>& motion,
              const CommonParams<Scalar>& params) {
-        if (!kIsJudged || params.quadrature_floor >= 1) {
+        if (params.quadrature_floor >= 1) {
             return false;
         }
         const Scalar floor = params.quadrature_floor * strength;
@@ -33,19 +33,12 @@ public:
     static Scalar gate(const CommonParams<Scalar>& params) { return Scalar(kNineDegrees) * params.distortion_gate; }
 
     /// As Misfit::variance().
-    [[nodiscard]] Scalar variance() const { return kIsJudged ? misfit_.variance() : Scalar(0); }
+    [[nodiscard]] Scalar variance() const { return misfit_.variance(); }
 
     /// For columns that cannot be judged: faults, or unknown motion.
-    void clear() {
-        if constexpr (kIsJudged) {
-            misfit_ = {};
-        }
-    }
+    void clear() { misfit_ = {}; }
 
 private:
-    // A calibration's phases are those of one kind of multiplexing, and a host may change that of a board. Therefore images
-    // leave the check out.
-    static constexpr bool kIsJudged = kJudgesQuadrature;
     // Chi-square of nine degrees of freedom over that of three that is exceeded once in 10,000, each per degree of freedom.
     static constexpr double kNineDegrees = 33.7 / 9 / (21.1 / 3);
 

@@ -108,7 +108,7 @@ template <typename Scalar>
 }
 
 template class Tracker<float>;
-#if TRICOIL_DOUBLE_TRACKERS
+#if TRICOIL_DOUBLE
 template class Tracker<double>;
 #endif
 

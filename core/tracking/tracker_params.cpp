@@ -156,9 +156,7 @@ template <typename Scalar>
 void set_plan(CommonParams<Scalar>& common, const signal::AcquisitionPlan& plan) {
     common.max_column_span = column_span(plan);
     common.window_s = static_cast<Scalar>(plan.window_s());
-    if constexpr (kJudgesQuadrature) {
-        common.quadrature_lag_s = static_cast<Scalar>(quadrature_lag_s(plan));
-    }
+    common.quadrature_lag_s = static_cast<Scalar>(quadrature_lag_s(plan));
 }
 
 DualBandParams dual_band_params(double frame_s) {
@@ -194,7 +192,7 @@ Status check(const TrackerParams<Scalar>& params) {
 
 template void set_plan(CommonParams<float>&, const signal::AcquisitionPlan&);
 template Status check(const TrackerParams<float>&);
-#if TRICOIL_DOUBLE_TRACKERS
+#if TRICOIL_DOUBLE
 template void set_plan(CommonParams<double>&, const signal::AcquisitionPlan&);
 template Status check(const TrackerParams<double>&);
 #endif

@@ -10,12 +10,6 @@
 
 namespace tricoil::tracking {
 
-/// Check of the quadrature: off for images. Equal in all files of a program.
-#ifndef TRICOIL_QUADRATURE_CHECK
-#define TRICOIL_QUADRATURE_CHECK 1
-#endif
-constexpr bool kJudgesQuadrature = TRICOIL_QUADRATURE_CHECK != 0;
-
 /// Largest number of sensors of one source; size of all tables per sensor.
 constexpr int kMaxSensors = 4;
 

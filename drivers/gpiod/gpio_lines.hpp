@@ -1,14 +1,14 @@
-// GPIO lines, independent of the version of libgpiod.
+// Exclusive GPIO outputs, and edges of a GPIO input.
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/base/status.hpp"
 #include "core/base/time.hpp"
+#include "drivers/gpiod/gpio_line.hpp"
 #include "drivers/posix/text.hpp"
 
 namespace tricoil::drivers {
@@ -22,11 +22,6 @@ struct GpioLineName {
 /// Outputs requested exclusively.
 class GpioOutputs {
 public:
-    GpioOutputs();
-    GpioOutputs(const GpioOutputs&) = delete;
-    GpioOutputs& operator=(const GpioOutputs&) = delete;
-    ~GpioOutputs();
-
     /// Requests all lines, off. device_lost, with the reason in `reason` and no line requested: a chip or line is missing,
     /// another program uses it, or there is no permission.
     Status request(const std::vector<GpioLineName>& lines, Text& reason);
@@ -35,30 +30,23 @@ public:
     Status set(std::size_t line, bool on);
 
     /// Releases the lines at their present level; switch them off first.
-    void release();
-    [[nodiscard]] std::size_t size() const;
+    void release() { lines_.clear(); }
+    [[nodiscard]] std::size_t size() const { return lines_.size(); }
 
 private:
-    struct Lines;
-    std::unique_ptr<Lines> lines_;
+    std::vector<std::unique_ptr<GpioLine>> lines_;
 };
 
 /// Rising edges of one line, with the kernel's timestamps.
 class GpioEdges {
 public:
-    GpioEdges();
-    GpioEdges(const GpioEdges&) = delete;
-    GpioEdges& operator=(const GpioEdges&) = delete;
-    ~GpioEdges();
-
     Status request(const GpioLineName& line, Text& reason);  // as GpioOutputs::request
     /// Returns the oldest edge. ok; not_ready; device_lost.
     Status next(HostTime& edge);
     Status wait(Microseconds timeout);  // ok; timed_out; device_lost
 
 private:
-    struct Line;
-    std::unique_ptr<Line> line_;
+    std::unique_ptr<GpioLine> line_;
 };
 
 }  // namespace tricoil::drivers

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/linear/matrix.hpp"
+
 namespace tricoil::sim {
 
 template <int Dimension>

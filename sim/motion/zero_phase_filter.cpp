@@ -24,7 +24,7 @@ void run_forwards(const Biquad& f, Eigen::MatrixXd& rows) {
     Eigen::RowVectorXd x2 = x1;
     Eigen::RowVectorXd y1 = x1;
     Eigen::RowVectorXd y2 = x1;
-    for (Index i = 0; i < rows.rows(); ++i) {
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
         const Eigen::RowVectorXd x = rows.row(i);
         const Eigen::RowVectorXd y = f.b0 * x + f.b1 * x1 + f.b2 * x2 - f.a1 * y1 - f.a2 * y2;
         rows.row(i) = y;
@@ -39,11 +39,11 @@ void run_forwards(const Biquad& f, Eigen::MatrixXd& rows) {
 
 Eigen::MatrixXd zero_phase_low_pass(const Eigen::MatrixXd& samples, double cutoff) {
     const Biquad filter = butterworth(cutoff);
-    const Index n = samples.rows();
-    const auto settle = static_cast<Index>(std::ceil(3 / cutoff));
-    const Index pad = std::min(n - 1, settle);
+    const Eigen::Index n = samples.rows();
+    const auto settle = static_cast<Eigen::Index>(std::ceil(3 / cutoff));
+    const Eigen::Index pad = std::min(n - 1, settle);
     Eigen::MatrixXd padded(n + 2 * pad, samples.cols());
-    for (Index i = 0; i < pad; ++i) {
+    for (Eigen::Index i = 0; i < pad; ++i) {
         padded.row(i) = 2 * samples.row(0) - samples.row(pad - i);
         padded.row(n + pad + i) = 2 * samples.row(n - 1) - samples.row(n - 2 - i);
     }

@@ -15,6 +15,8 @@ RULES = """
 subtree_targets = ["high"]
 freestanding = ["low"]
 hosted_headers = ["vector"]
+hosted_files = ["low/for_hosts.hpp"]
+decompositions = ["middle/dense.cpp"]
 [supplied_headers]
 "part.hpp" = ["high/sub"]
 [may_include]
@@ -120,7 +122,35 @@ class MadeUpTree(unittest.TestCase):
         self.write("low/pair/b.hpp", "#include <unistd.h>\n")
         self.assert_breach(self.check(), "low/pair/b.hpp includes <unistd.h>")
         self.write("low/pair/b.hpp", "#include <Eigen/Core>\n")
+        self.assert_breach(self.check(), "low/pair/b.hpp includes <Eigen/Core>")
+
+    def test_hosted_file_includes_what_it_likes_and_is_for_hosted_code(self):
+        self.write("low/for_hosts.hpp", "#include <Eigen/Core>\n")
         self.assertEqual(self.check().returncode, 0)
+        self.write("low/pair/b.hpp", '#include "low/for_hosts.hpp"\n')
+        self.assert_breach(self.check(), "low/pair/b.hpp includes <low/for_hosts.hpp>")
+
+    def test_decomposition_is_reported(self):
+        for use in (
+            "#include <Eigen/Dense>",
+            "#include <Eigen/QR>",
+            "auto x = m.ldlt().solve(b);",
+            "auto x = m.partialPivLu().solve(b);",
+            "Eigen::LLT<Eigen::MatrixXd> factor(m);",
+            "Eigen::JacobiSVD<Eigen::Matrix3d> svd(m);",
+            "Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(a, b);",
+            "auto x = m.householderQr().householderQ();",
+            "auto x = Eigen::umeyama(from, to);",
+        ):
+            with self.subTest(use):
+                self.write("high/h.cpp", use + "\n")
+                self.assert_breach(self.check(), "high/h.cpp has ")
+
+    def test_decompositions_stand_in_their_file(self):
+        self.write("middle/dense.cpp", "#include <Eigen/QR>\nauto x = m.ldlt().solve(b);\n")
+        self.write("high/h.cpp", "#include <Eigen/Core>\n#include <Eigen/Geometry>\nCholesky<double, 3> factor(m);\nauto lu = ready();\n")
+        done = self.check()
+        self.assertEqual(done.returncode, 0, done.stdout)
 
     def test_missing_readme_is_reported(self):
         (self.root / "high/sub/README.md").unlink()

@@ -78,7 +78,7 @@ TEST(GpioCoils, MissingChipOrLineIsNamed) {
     auto lines = kCoils;
     lines[1].line = "coil_s9";
     EXPECT_FALSE(coils.open(lines, reason).ok());
-    EXPECT_STREQ(reason.c_str(), "GPIO chip 'tracker-sim' has no line 'coil_s9'; see: gpioinfo tracker-sim");
+    EXPECT_STREQ(reason.c_str(), "GPIO chip 'tracker-sim' has no line 'coil_s9'; see: gpioinfo");
     lines[1].chip = "nowhere";
     EXPECT_FALSE(coils.open(lines, reason).ok());
     EXPECT_THAT(reason.c_str(), ::testing::HasSubstr("GPIO chip 'nowhere': cannot be opened"));

@@ -15,9 +15,9 @@ void require(bool holds) {
 
 void check_passed_on(std::string_view text, std::size_t received) {
     require(text.ends_with("\r\n\r\n") && text.find("\r\n\r\n") == text.size() - 4);
-    require(text.size() <= received + 8);  // a missing end, and a space after each of a few colons
-    constexpr std::array<std::string_view, 5> kNames{
-        "host: ", "origin: ", "authorization: ", "content-type: ", "content-length: "};
+    constexpr std::array<std::string_view, 6> kNames{
+        "host: ", "origin: ", "authorization: ", "sec-fetch-site: ", "content-type: ", "content-length: "};
+    require(text.size() <= received + 4 + kNames.size());  // a missing end, and a space after each colon
     text.remove_prefix(text.find("\r\n") + 2);
     while (text != "\r\n") {
         bool known = false;

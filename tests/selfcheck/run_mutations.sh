@@ -1,5 +1,5 @@
 #!/bin/sh
-# Usage: run_mutations.sh SOURCE_DIR WORK_DIR   (CXX and EIGEN_INCLUDE in the environment)
+# Usage: run_mutations.sh SOURCE_DIR WORK_DIR   (CXX in the environment)
 # Copies the core, applies one line of mutations.txt at a time, compiles the known-answer checks with it and requires that they fail. The
 # unchanged core must pass. A line whose text does not occur exactly once in its file is an error (stale table). Only the affected units are
 # recompiled, without optimisation and in one precision.
@@ -11,13 +11,6 @@ here=$(dirname "$0")
 
 rm -rf "$work"
 mkdir -p "$work"
-
-cat > "$work/prefix.hpp" <<'PREFIX'
-#include <Eigen/Core>
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
-PREFIX
-"$CXX" -std=c++20 -O0 -isystem "$EIGEN_INCLUDE" -x c++-header "$work/prefix.hpp" -o "$work/prefix.hpp.gch"
 
 units="base/assertion_host selfcheck/known_answer selfcheck/geometry_checks selfcheck/field_checks selfcheck/solver_checks solver/direct solver/previous_measurement"
 
@@ -34,7 +27,7 @@ affected() {
 
 # compile DIR SOURCE OBJECT
 compile() {
-    "$CXX" -std=c++20 -O0 -Winvalid-pch -include "$work/prefix.hpp" -I"$1" -isystem "$EIGEN_INCLUDE" -c "$2" -o "$3" 2>> "$1/compiler.log"
+    "$CXX" -std=c++20 -O0 -I"$1" -c "$2" -o "$3" 2>> "$1/compiler.log"
 }
 
 # check DIR UNITS: 0 if the self-check with these UNITS of DIR/core passes, 1 if it fails, 2 if it does not compile

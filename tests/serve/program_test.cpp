@@ -267,7 +267,7 @@ TEST(ServeProgram, AStalledClientDoesNotSlowOthers) {
     const auto begin = Clock::now();
     const std::string text = read_for(reader, kSlowdown * std::chrono::seconds(20), 47 * 360);
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-    EXPECT_EQ(text.size() / 47, 360U);
+    EXPECT_GE(text.size() / 47, 360U);
     EXPECT_LT(seconds, 10 * kSlowdown);  // three seconds of records, on a machine that may be busy
     EXPECT_EQ(serving.stop(SIGINT), 0);
     expect_every_column(folder);

@@ -10,11 +10,11 @@
 #include "board/host/run/statistics.hpp"
 #include "board/support/sim_input/trajectory_file.hpp"
 #include "core/field/concentric_dipole.hpp"
-#include "core/linear/cholesky.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/tracking/matrix/direct_tracker.hpp"
 #include "core/tracking/scaat/scaat_tracker.hpp"
 #include "sim/motion/recorded_motion.hpp"
+#include "tests/support/squared_sigmas.hpp"
 
 namespace tricoil::test {
 
@@ -99,8 +99,8 @@ struct Score {
         position_m.push_back(dp.norm());
         orientation_rad.push_back(dr.norm());
         const Mat6<double> p = e.covariance.template cast<double>();
-        const double np = dp.dot(Cholesky<double, 3>(p.topLeftCorner<3, 3>()).solve(dp));
-        const double nr = dr.dot(Cholesky<double, 3>(p.bottomRightCorner<3, 3>()).solve(dr));
+        const double np = squared_sigmas(dp, p.topLeftCorner<3, 3>());
+        const double nr = squared_sigmas(dr, p.bottomRightCorner<3, 3>());
         nees_position += np;
         nees_rotation += nr;
         beyond_5_sigma += np > 25 || nr > 25 ? 1U : 0U;

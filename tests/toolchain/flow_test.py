@@ -231,6 +231,10 @@ class Build(FakeMachine):
     CMAKE = """
         echo "cmake $* ($CMAKE_BUILD_PARALLEL_LEVEL)" >>"$CALLS"
         [ "$1" != --list-presets ] || printf '  "run"\\n  "host-release"\\n  "nucleo-g474re"\\n'
+        if [ "$1" = --preset ] && [ -n "${ABSENT:-}" ]; then
+            printf 'CMake Error at toolchain/cmake/Components.cmake:8 (message):\\n   tricoil needs %s\\nCall Stack\\n' "$ABSENT"
+            exit 1
+        fi
         if [ "$1" = --build ] && [ -n "${KILLED:-}" ]; then echo "g++: fatal error: Killed signal terminated program cc1plus"; exit 1; fi
     """
 
@@ -269,6 +273,7 @@ class Build(FakeMachine):
                          "build: a compiler was killed, probably for lack of memory: CMAKE_BUILD_PARALLEL_LEVEL=1 toolchain/build run")
 
     def test_machine_lacks_something(self):
+        self.fails("build", "run", status=3, naming="build: tricoil needs fmt: install libfmt-dev", ABSENT="fmt: install libfmt-dev")
         self.replace("df", "echo Avail; echo 30")
         self.fails("build", "run", status=3, naming="build/run has 30 MB of free space and needs 500: make space")
         (self.programs / "ninja").unlink()

@@ -101,6 +101,18 @@ class InstallDeps(FakeMachine):
         self.assertNotIn(" npm", self.run_script("install-deps", "run", "--no-web").stdout)
 
 
+class CheckStyle(FakeMachine):
+    def format(self, version):
+        self.replace("git", "echo a.cpp")
+        self.replace("clang-format", f'[ "$1" = --version ] && echo "clang-format version {version}" || exit 1')
+        return self.run_script("check-style", "--format")
+
+    def test_only_clang_format_14_decides(self):
+        done = self.format("19.1.7 (3)")
+        self.assertEqual((done.returncode, done.stdout), (0, "check-style: formatting is not checked: clang-format 14 decides, this system has 19\n"))
+        self.assertEqual(self.format("14.0.6").returncode, 1)
+
+
 class WithProgress(FakeMachine):
     def test_output_of_failure_only(self):
         self.assertEqual(self.run_script("with-progress", "x", "echo", "fine").stdout, "")

@@ -17,7 +17,7 @@ constexpr ConcentricMeasurement<double> kModel{6.75e-3};
 Mat12<double> random_covariance(std::mt19937_64& random) {
     std::normal_distribution<double> normal(0, 1);
     const Mat12<double> a = Mat12<double>::NullaryExpr([&] { return normal(random); });
-    return 1e-4 * a * a.transpose() + 1e-5 * Mat12<double>::Identity();
+    return 1e-4 * (a * a.transpose()) + 1e-5 * Mat12<double>::Identity();
 }
 
 State<double> random_state(std::mt19937_64& random) {

@@ -174,7 +174,7 @@ TEST(BoardFaults, AFailedAssertionSwitchesTheCoilsOffAndRestarts) {
     FaultyBoard board({});
     board.run(kFaultS - board.board->now_s());
     ASSERT_TRUE(is_on(board));
-    const auto failed = board.symbols.address_of("_ZN7tricoil16assertion_failedEv");
+    const auto failed = board.symbols.address_of("_ZN7tricoil16assertion_failedEPKcS1_i");
     const auto record_address = board.symbols.address_of("_ZN7tricoil13stm32g4_board11boot_recordE");
     ASSERT_TRUE(failed && record_address);
     virtual_board::Machine& machine = board.board->machine;

@@ -1,3 +1,23 @@
+# Packages of the host programs. All need those of tricoil_require(), where one line names a missing or too old
+# package; toolchain/build shows this line alone.
+# tricoil_require(NAME DEBIAN-PACKAGE [VERSION])
+function(tricoil_require name package)
+  find_package(${name} ${ARGN} QUIET CONFIG)
+  if(NOT ${name}_FOUND)
+    list(JOIN ${name}_CONSIDERED_VERSIONS " " versions)
+    string(JOIN " " wanted ${name} ${ARGN})
+    if(versions)
+      message(FATAL_ERROR " tricoil needs ${wanted} (package ${package}), and this system has ${versions}")
+    endif()
+    message(FATAL_ERROR " tricoil needs ${wanted}: install ${package}")
+  endif()
+endfunction()
+tricoil_require(Eigen3 libeigen3-dev 3.4)
+tricoil_require(fmt libfmt-dev)
+tricoil_require(nlohmann_json nlohmann-json3-dev)
+tricoil_require(CLI11 libcli11-dev)
+tricoil_require(tomlplusplus libtomlplusplus-dev)
+
 # Optional components of the host programs. The option TRICOIL_WITH_NAME of each is AUTO (used if its packages are found, which every
 # configuration looks up again), ON (an error names the missing package) or OFF. Sets TRICOIL_HAS_NAME, and in TRICOIL_COMPONENT_ROWS a row
 # for each component: board/support/components.cpp tells the user why an option is refused.
@@ -87,7 +107,7 @@ function(tricoil_component name purpose)
 endfunction()
 
 # In the order of the enumeration in board/support/components.hpp.
-tricoil_component(GPIO "coil lines on GPIO" PKG_CONFIG "libgpiod<2" libgpiod-dev)
+tricoil_component(GPIO "coil lines on GPIO" PKG_CONFIG "libgpiod<3" libgpiod-dev)
 tricoil_component(CAN "devices on CAN FD" HEADER linux/can/raw.h linux-libc-dev)
 tricoil_component(USB "devices on USB" PKG_CONFIG libusb-1.0 libusb-1.0-0-dev)
 tricoil_component(OPENIGTLINK "server and files of OpenIGTLink" CONFIG OpenIGTLink libopenigtlink-dev)

@@ -27,6 +27,10 @@ endif()
 # (FAST, FREESTANDING) at -O2. Images: see toolchain/cmake/arm-none-eabi.cmake.
 if(NOT CMAKE_CROSSCOMPILING)
   string(REPLACE "-O3" "-O1" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")
+  # From GCC 13, -O2 sets this option and -O1 ignores it. Both need it to share precompiled headers.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13 AND CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
+    add_compile_options(-munroll-only-small-loops)
+  endif()
 endif()
 
 # Host: every library can become part of a shared library. Symbols are hidden, so calls within a program cost nothing more; libraries and
@@ -85,6 +89,9 @@ function(tricoil_library name)
   # Installed headers: programs include <tricoil/core/...>; the headers include each other as "core/...".
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${TRICOIL_TREE}>
     $<INSTALL_INTERFACE:include> $<INSTALL_INTERFACE:include/tricoil>)
+  # Installed headers need no Eigen, and it has no library.
+  tricoil_headers_for(headers ${ARG_DEPENDS})
+  list(TRANSFORM ARG_DEPENDS REPLACE "^Eigen3::Eigen$" "$<BUILD_INTERFACE:Eigen3::Eigen>")
   target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE $<BUILD_INTERFACE:tricoil_options>)
   foreach(library ${ARG_COMPONENTS})
     if(TARGET ${library})
@@ -99,7 +106,6 @@ function(tricoil_library name)
     target_compile_options(${name} PRIVATE -fno-exceptions $<$<BOOL:${CMAKE_CROSSCOMPILING}>:-fno-rtti>)
   endif()
   if(NOT ARG_FREESTANDING)
-    tricoil_headers_for(headers ${ARG_DEPENDS})
     tricoil_use_precompiled(${name} ${headers})
   endif()
   if((ARG_FREESTANDING OR ARG_FAST) AND NOT CMAKE_CROSSCOMPILING)

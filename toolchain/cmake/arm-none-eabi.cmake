@@ -16,8 +16,6 @@ set(CMAKE_CXX_FLAGS_INIT "${TRICOIL_TARGET_FLAGS}")
 set(CMAKE_CXX_FLAGS_RELEASE_INIT "-O2 -DNDEBUG")
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG" CACHE STRING "The budgets were measured with these flags")
 
-# Eigen is header-only, so the host's copy is used. CMake must find nothing else of the host.
-set(CMAKE_PREFIX_PATH /usr)
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 
 # The only libraries linked: the small C library, its mathematics, the compiler's helpers. Last on the command line.

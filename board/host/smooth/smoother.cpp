@@ -35,8 +35,12 @@ State<double> step_back(const FilterState<double>& filter, const State<double>& 
     tracking::scaat::propagate(predicted, filter.intensity, next.time);
     Mat12<double> moved = filter.state.covariance;  // F P, with F = [I, dt I; 0, I]
     moved.topRows<6>() += to_seconds(next.time - filter.state.time) * filter.state.covariance.bottomRows<6>();
-    const Mat12<double> gain = Cholesky<double, 12>(predicted.covariance).solve(moved).transpose();
     State<double> smoothed = filter.state;
+    const Cholesky<double, 12> factor(predicted.covariance);
+    if (!factor.ok()) {  // later columns tell nothing about this state
+        return smoothed;
+    }
+    const Mat12<double> gain = factor.solve(moved).transpose();
     tracking::scaat::correct<double>(smoothed, gain * difference(next, predicted));
     smoothed.covariance += gain * (next.covariance - predicted.covariance) * gain.transpose();
     return smoothed;

@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <memory>
 #include <new>
+#include <type_traits>
 
 namespace tricoil::host {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 constexpr lo_timetag kImmediately{0, 1};  // OSC 1.0, time tags
 
 struct FreeBundle {
-    void operator()(void* bundle) const { lo_bundle_free_recursive(bundle); }
+    void operator()(lo_bundle bundle) const { lo_bundle_free_recursive(bundle); }
 };
 
 /// The bundle owns the message.
@@ -36,7 +37,7 @@ lo_message floats(std::initializer_list<double> numbers) {
 
 std::string osc_bundle(const ServedPose& served) {
     const auto& pose = served.pose;
-    const std::unique_ptr<void, FreeBundle> bundle(lo_bundle_new(kImmediately));
+    const std::unique_ptr<std::remove_pointer_t<lo_bundle>, FreeBundle> bundle(lo_bundle_new(kImmediately));
     const std::string sensor = fmt::format("/tricoil/{}/", pose.sensor + 1);
     const lo_message valid = lo_message_new();
     lo_message_add_int32(valid, pose.valid() ? 1 : 0);

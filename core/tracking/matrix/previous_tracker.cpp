@@ -51,8 +51,10 @@ void PreviousTracker<Scalar>::do_follow(const Pose& pose, bool is_step) {
     }
 }
 
+#if TRICOIL_FLOAT_TRACKERS
 template class PreviousTracker<float>;
-#if TRICOIL_DOUBLE_TRACKERS
+#endif
+#if TRICOIL_DOUBLE
 template class PreviousTracker<double>;
 #endif
 

@@ -14,10 +14,12 @@
 namespace tricoil::tracking::scaat {
 
 /// Measurement variances with a lower limit relative to the prediction's variance: one column may not reduce a variance by more
-/// than the scalar type resolves (float: 10^5). It matters only for the first columns after a start with noise far below 1 um.
+/// than the scalar type resolves (float: 10^5), or than 10^10: the next columns of the frame divide by what it leaves of
+/// correlated variances. It matters only with noise far below 1 um, for the first columns after a start or an error of the
+/// prediction.
 template <typename Scalar>
 Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& variance, const Innovation<Scalar>& innovation) {
-    constexpr Scalar kShare = 64 * std::numeric_limits<Scalar>::epsilon();
+    constexpr Scalar kShare = std::max(64 * std::numeric_limits<Scalar>::epsilon(), Scalar(1e-10));
     return variance.cwiseMax(kShare * innovation.predicted.trace());
 }
 

@@ -183,9 +183,9 @@ template <typename Scalar>
 Vec12<Scalar> apply(State<Scalar>& state, const Innovation<Scalar>& innovation) {
     const GainMatrix<Scalar>& g = innovation.gain_numerator;
     GainPair<Scalar> kd;
-    kd.template leftCols<3>() = innovation.s.template solve<kErrorStates>(g.transpose()).transpose();
     Vec12<Scalar> error;
     for (int i = 0; i < kErrorStates; ++i) {
+        kd.row(i).template head<3>() = innovation.s.solve(Vec3<Scalar>(g.row(i))).transpose();
         error(i) = kd.row(i).template head<3>().dot(innovation.y);
     }
     correct(state, error);

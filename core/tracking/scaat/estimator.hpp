@@ -35,7 +35,8 @@ public:
 
     /// Moves the state to `time`, which must not be before the state's time.
     void propagate_to(DeviceTime time);
-    [[nodiscard]] State<Scalar> predicted(Microseconds ahead) const;
+    /// Moves a copy of the state to a later time.
+    void predict(State<Scalar>& state, Microseconds ahead) const;
 
     /// What other columns say of a column that contradicts the prediction.
     enum class Trust : std::uint8_t {

@@ -147,13 +147,11 @@ void Estimator<Scalar, Model>::propagate_to(DeviceTime time) {
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
-State<Scalar> Estimator<Scalar, Model>::predicted(Microseconds ahead) const {
-    State<Scalar> state = state_;
+void Estimator<Scalar, Model>::predict(State<Scalar>& state, Microseconds ahead) const {
     if (ahead.count() > 0) {
         expect_acceleration<Scalar>(state, interval_s_, seconds_as<Scalar>(ahead));
     }
     propagate(state, intensity(), state_.time + ahead);
-    return state;
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>

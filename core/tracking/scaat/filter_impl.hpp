@@ -359,7 +359,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose {
     std::optional<State<Scalar>> later;
     if (ahead.count() > 0) {
-        later = estimator_.predicted(ahead);
+        estimator_.predict(later.emplace(motion()), ahead);
     }
     const State<Scalar>& state = later ? *later : motion();
     Pose reported(std::in_place);
@@ -424,7 +424,9 @@ State<Scalar> Filter<Scalar, Model>::predicted(Scalar ahead_s) const {
     constexpr Scalar kLongest_s = 10;
     const bool forward = ahead_s > 0;  // false for NaN
     const Scalar us = forward ? Scalar(1e6) * std::min(ahead_s, kLongest_s) : Scalar(0);
-    return estimator_.predicted(Microseconds{static_cast<std::int32_t>(us + Scalar(0.5))});
+    State<Scalar> state = motion();
+    estimator_.predict(state, Microseconds{static_cast<std::int32_t>(us + Scalar(0.5))});
+    return state;
 }
 
 }  // namespace tricoil::tracking::scaat

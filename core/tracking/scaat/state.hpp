@@ -49,10 +49,12 @@ void mirror(State<Scalar>& state) {
     state.position_m = -state.position_m;
     state.velocity_m_s = -state.velocity_m_s;
     state.acceleration_m_s2 = -state.acceleration_m_s2;
-    Vec12<Scalar> sign = Vec12<Scalar>::Ones();
-    sign.template segment<3>(0).setConstant(-1);
-    sign.template segment<3>(6).setConstant(-1);
-    state.covariance = sign.asDiagonal() * state.covariance * sign.asDiagonal();
+    for (int j = 0; j < kErrorStates; ++j) {
+        for (int i = 0; i < kErrorStates; ++i) {
+            Scalar& entry = state.covariance(i, j);
+            entry = (i / 3 + j / 3) % 2 == 0 ? entry : -entry;
+        }
+    }
 }
 
 }  // namespace tricoil::tracking::scaat

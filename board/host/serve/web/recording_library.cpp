@@ -8,7 +8,6 @@
 
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/web/compact_pose.hpp"
-#include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host::web {

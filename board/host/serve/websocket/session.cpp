@@ -1,6 +1,5 @@
 #include "board/host/serve/websocket/session.hpp"
 
-#include <algorithm>
 #include <new>
 #include <string_view>
 #include <utility>

@@ -1,11 +1,13 @@
-// Decompositions of matrices. They are in one source file, because each instantiation compiles slowly.
+// Matrix decompositions of Eigen. No other source file has any, because each instantiation compiles slowly.
 #pragma once
 
 #include <Eigen/Core>
 
 #include "core/linear/matrix.hpp"
 
-namespace tricoil::host {
+namespace tricoil {
+
+// Square matrices: dense_algebra_square.cpp.
 
 /// A = vectors diag(values) vectors^T, values in ascending order.
 struct SymmetricEigen {
@@ -16,11 +18,28 @@ struct SymmetricEigen {
 /// Reads the lower triangle of `a`.
 SymmetricEigen eigen_of_symmetric(const Eigen::MatrixXd& a);
 
+/// A v = value B v with symmetric A, positive definite B, and v^T B v = 1.
+SymmetricEigen eigen_of_pair(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+/// A B v = value v with symmetric A, positive definite B, and v^T B v = 1.
+SymmetricEigen eigen_of_product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+/// L of a positive definite A = L L^T.
+Eigen::MatrixXd lower_factor(const Eigen::MatrixXd& a);
+
 /// Inverse of a positive definite matrix.
 Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& a);
 
+/// Solution X of A X = B with an invertible A.
+Eigen::MatrixXcd solve(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
+
+// Fits: dense_algebra_fit.cpp.
+
 /// Least-squares solution X of A X = B with minimum norm.
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+/// Orthonormal basis of the vectors that are orthogonal to all columns of a matrix of full column rank.
+Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& a);
 
 /// In descending order.
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
@@ -38,4 +57,4 @@ struct Similarity {
 /// Least-squares fit to corresponding columns (Umeyama 1991).
 Similarity fit_similarity(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to);
 
-}  // namespace tricoil::host
+}  // namespace tricoil

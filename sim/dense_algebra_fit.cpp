@@ -1,24 +1,12 @@
-#include "board/support/dense_algebra.hpp"
-
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <cmath>
 
 #include "core/linear/eigen.hpp"
+#include "sim/dense_algebra.hpp"
 
-namespace tricoil::host {
-
-SymmetricEigen eigen_of_symmetric(const Eigen::MatrixXd& a) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(a);
-    return {solver.eigenvalues(), solver.eigenvectors()};
-}
-
-Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& a) {
-    return a.ldlt().solve(Eigen::MatrixXd::Identity(a.rows(), a.cols()));
-}
+namespace tricoil {
 
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
     constexpr double kRankTolerance =
@@ -27,6 +15,11 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b
     decomposition.setThreshold(kRankTolerance);
     decomposition.compute(a);
     return decomposition.solve(b);
+}
+
+Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& a) {
+    const Eigen::MatrixXd q = a.householderQr().householderQ();
+    return q.rightCols(a.rows() - a.cols());
 }
 
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) { return Eigen::JacobiSVD<Eigen::MatrixXd>(a).singularValues(); }
@@ -48,4 +41,4 @@ Similarity fit_similarity(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& 
     return s;
 }
 
-}  // namespace tricoil::host
+}  // namespace tricoil
