@@ -4,7 +4,6 @@
 #include <chrono>
 #include <list>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "board/host/serve/limited_notice.hpp"
@@ -13,7 +12,7 @@ namespace tricoil::host {
 
 /// If the limit is reached, in total or for one address, the client that has been sent nothing for longest, because it does not
 /// read or requests nothing, is disconnected to make room, but not before `replaceable`. If there is none, the new client is
-/// refused. Several threads may use it.
+/// refused. One thread uses it.
 class ConnectionTable {
 public:
     static constexpr std::size_t kMaxClients = 24;
@@ -28,7 +27,7 @@ public:
 
     /// Place for the client of this descriptor; null, with a notice, if it is refused.
     [[nodiscard]] Place enter(int descriptor);
-    [[nodiscard]] std::size_t size() const;
+    [[nodiscard]] std::size_t size() const { return clients_.size(); }
 
 private:
     struct Client {
@@ -38,7 +37,6 @@ private:
     };
 
     std::chrono::milliseconds replaceable_;
-    mutable std::mutex mutex_;
     std::list<Client> clients_;
     LimitedNotice notice_;
 };

@@ -38,13 +38,13 @@ void Server::wake() {
 void Server::start() {
     for (Loop* loop : {&main_, &apart_}) {
         if (!loop->services.empty()) {
-            loop->thread = std::thread([this, loop] { loop->run(hub_); });
+            loop->thread = std::thread([this, loop] { loop->run(hub_, ends_); });
         }
     }
 }
 
 void Server::stop() {
-    hub_.close();
+    ends_ = true;
     wake();
     for (Loop* loop : {&main_, &apart_}) {
         if (loop->thread.joinable()) {
@@ -53,12 +53,12 @@ void Server::stop() {
     }
 }
 
-void Server::Loop::run(const PoseHub& hub) {
+void Server::Loop::run(const PoseHub& hub, const std::atomic<bool>& ends) {
     PoseHub::Cursor cursor = hub.cursor();
     std::vector<pollfd> descriptors;
     std::vector<ServedPose> poses;
     SilenceWatch silence;
-    while (!hub.closed()) {
+    while (!ends) {
         descriptors.assign(1, {bell.get(), POLLIN, 0});
         int timeout_ms = kRoundMs;
         for (const auto& service : services) {

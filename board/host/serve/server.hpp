@@ -1,6 +1,7 @@
 // Threads that serve clients. Client input and new poses wake them.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -35,7 +36,7 @@ private:
     struct Loop {
         Loop();
         void wake() const;
-        void run(const PoseHub& hub);
+        void run(const PoseHub& hub, const std::atomic<bool>& ends);
 
         drivers::FileDescriptor bell;  // eventfd that wakes the thread
         std::vector<std::unique_ptr<Service>> services;
@@ -46,6 +47,7 @@ private:
 
     PoseHub hub_;
     StylusButton button_;
+    std::atomic<bool> ends_ = false;
     Loop main_;
     Loop apart_;
 };

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <utility>
 
 #include "board/host/serve/web/control_request.hpp"
 #include "board/host/serve/web/own_name.hpp"
@@ -50,13 +51,22 @@ void PageSession::receive(std::span<const char> bytes) {
     }
     answered_ = true;
     takes_chunks_ = head.takes_chunks;
+    wants_head_ = head.method == "HEAD";
     std::string text;
     try {
         text = answer_to(head, received_.substr(size, head.content));
     } catch (const std::exception&) {
         text = answer(500, "internal error");
     }
-    if (head.method == "HEAD") {
+    send(std::move(text));
+}
+
+/// text: complete answer, or a piece of it; empty: none yet.
+void PageSession::send(std::string text) {
+    if (text.empty()) {
+        return;
+    }
+    if (wants_head_) {
         text.resize(size_of_head(text));
         events_.reset();
         playback_.reset();
@@ -74,10 +84,10 @@ void PageSession::take(std::span<const ServedPose> /*poses*/) {
     if (stream_.has_waiting()) {
         return;
     }
-    if (const auto piece = next_piece(); !piece) {
+    if (auto piece = next_piece()) {
+        send(std::move(*piece));
+    } else {
         stream_.disconnect();
-    } else if (!piece->empty()) {
-        stream_.send(*piece);
     }
 }
 

@@ -31,7 +31,8 @@ public:
     [[nodiscard]] bool is_busy() const { return answered_ && !events_ && !stream_.has_waiting(); }
 
 private:
-    /// Complete answer, or its beginning.
+    void send(std::string text);
+    /// Complete answer, or its beginning; empty if a playback gives it.
     std::string answer_to(const RequestHead& head, const std::string& content);
     std::string page_or_stream(const RequestHead& head);
     std::string control(const RequestHead& head, const std::string& content);
@@ -44,6 +45,7 @@ private:
     std::string received_;
     bool answered_ = false;
     bool takes_chunks_ = false;
+    bool wants_head_ = false;
     std::optional<EventStream> events_;
     std::unique_ptr<Playback> playback_;
 };

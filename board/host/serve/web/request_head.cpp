@@ -19,8 +19,9 @@ namespace http = boost::beast::http;
 
 constexpr std::size_t kLongestTarget = 256;
 constexpr std::string_view kHeadEnd = "\r\n\r\n";
-constexpr const char* kKnownFields[] = {"host",         "origin",  "authorization",     "sec-fetch-site",
-                                        "content-type", "upgrade", "sec-websocket-key", "sec-websocket-version"};
+constexpr const char* kKnownFields[] = {"host",          "origin",  "authorization",     "sec-fetch-site",
+                                        "content-type",  "upgrade", "sec-websocket-key", "sec-websocket-version",
+                                        "content-length"};
 
 RequestHead refuse(int status, std::string reason) {
     RequestHead head;
@@ -32,6 +33,15 @@ RequestHead refuse(int status, std::string reason) {
 template <typename Text>
 std::string text_of(const Text& text) {
     return {text.data(), text.size()};
+}
+
+bool is_printable(std::string_view text) {
+    return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+/// True if a field continues on the next line, which RFC 9112, 5.2 permits to refuse.
+bool is_folded(std::string_view head) {
+    return head.find("\r\n ") != std::string_view::npos || head.find("\r\n\t") != std::string_view::npos;
 }
 
 /// Decodes %XX. Text that is not a valid code stays.
@@ -74,6 +84,9 @@ RequestHead read_head(std::string_view received) {
     if (failure == http::error::body_limit) {
         return refuse(413, fmt::format("the content is longer than {} bytes", kLongestContent));
     }
+    if (!failure && is_folded(received)) {
+        return refuse(400, "a header field is folded");
+    }
     if (failure || !parser.is_header_done()) {
         return refuse(400, fmt::format("the request is malformed ({})", failure ? failure.message() : "no end"));
     }
@@ -87,7 +100,7 @@ RequestHead read_head(std::string_view received) {
     if (target.size() > kLongestTarget) {
         return refuse(414, "the path is too long");
     }
-    if (!target.starts_with('/')) {
+    if (!target.starts_with('/') || !is_printable(target)) {
         return refuse(400, "the path is malformed");
     }
     if (request.count(http::field::transfer_encoding) > 0) {
@@ -98,12 +111,15 @@ RequestHead read_head(std::string_view received) {
         if (request.count(name) > 1) {
             return refuse(400, fmt::format("{} is given twice", name));
         }
-        if (!std::all_of(value.begin(), value.end(), [](char c) { return c >= ' ' && c <= '~'; })) {
+        if (!is_printable(value)) {
             return refuse(400, fmt::format("{} contains a character that is not printable ASCII", name));
         }
         if (!value.empty()) {
             head.fields[name] = value;
         }
+    }
+    if (head.field("content-length").find(',') != std::string::npos) {
+        return refuse(400, "content-length is given twice");
     }
     if (head.method == "POST" && !parser.content_length()) {
         return refuse(411, "Content-Length is missing");

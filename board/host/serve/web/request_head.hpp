@@ -31,8 +31,9 @@ struct RequestHead {
 std::size_t size_of_head(std::string_view received);
 
 /// Boost.Beast parses the head. Besides its rules: only GET, HEAD and POST requests for a path of at most 256 characters are
-/// accepted, and a POST needs a Content-Length of at most kLongestContent. A Transfer-Encoding is refused, and so is a known
-/// field that is repeated or contains other characters than printable ASCII. Other fields, for example Range, have no effect.
+/// accepted, and a POST needs a Content-Length of at most kLongestContent. A Transfer-Encoding or a folded line is refused, and
+/// so is a known field that is repeated or contains other characters than printable ASCII. Other fields, for example Range, have
+/// no effect (RFC 9110, 14.2: a server may ignore Range).
 RequestHead read_head(std::string_view received);
 
 /// Head of an answer, after which the connection ends. further_fields: complete lines.
