@@ -14,8 +14,10 @@ using ::testing::HasSubstr;
 using ::testing::Pair;
 using ::testing::StartsWith;
 
+RequestHead head_of(std::string_view received) { return read_head(received).value(); }
+
 TEST(RequestHead, HoldsOnlyTheFieldsThatTheServerNeeds) {
-    const RequestHead head = read_head(
+    const RequestHead head = head_of(
         "GET / HTTP/1.1\r\nHost: localhost:80\r\nRange: bytes=0-99999999\r\nAccept-Encoding: gzip\r\nExpect: 100-continue\r\n"
         "REMOTE_ADDR: 127.0.0.1\r\nX-Forwarded-For: ,\r\nContent-Length: 7\r\nAUTHORIZATION:  Bearer x \r\n\r\n");
     EXPECT_EQ(head.refusal, 0) << head.reason;
@@ -28,14 +30,14 @@ TEST(RequestHead, HoldsOnlyTheFieldsThatTheServerNeeds) {
 }
 
 TEST(RequestHead, APostHasContent) {
-    const RequestHead head = read_head("POST /control HTTP/1.0\r\nContent-Type: application/json\r\nContent-Length: 7\r\n\r\n");
+    const RequestHead head = head_of("POST /control HTTP/1.0\r\nContent-Type: application/json\r\nContent-Length: 7\r\n\r\n");
     EXPECT_EQ(head.content, 7U);
     EXPECT_EQ(head.field("content-type"), "application/json");
     EXPECT_FALSE(head.takes_chunks);
 }
 
 TEST(RequestHead, ThePathIsDecodedAndHasNoQuery) {
-    const auto path_of = [](const std::string& target) { return read_head("GET " + target + " HTTP/1.1\r\n\r\n").path; };
+    const auto path_of = [](const std::string& target) { return head_of("GET " + target + " HTTP/1.1\r\n\r\n").path; };
     EXPECT_EQ(path_of("/%73tream?x=/y"), "/stream");
     EXPECT_EQ(path_of("/%C3%a4"), "/\xc3\xa4");
     for (const char* target : {"/%", "/%4", "/%4g", "/%%", "/%-1", "/%+1", "/%0x41", "/% "}) {
@@ -46,7 +48,7 @@ TEST(RequestHead, ThePathIsDecodedAndHasNoQuery) {
 
 TEST(RequestHead, AnUpgradeNeedsBothOfItsFields) {
     const auto is_upgrade = [](const std::string& line, const std::string& fields) {
-        return read_head(line + "\r\n" + fields + "\r\n").is_upgrade;
+        return head_of(line + "\r\n" + fields + "\r\n").is_upgrade;
     };
     const std::string both = "Upgrade: x, WebSocket\r\nConnection: keep-alive, Upgrade\r\n";
     EXPECT_TRUE(is_upgrade("GET / HTTP/1.1", both));
@@ -59,9 +61,7 @@ TEST(RequestHead, AnUpgradeNeedsBothOfItsFields) {
 
 TEST(RequestHead, MalformedRequestsAreRefused) {
     const std::vector<std::pair<std::string, int>> requests{
-        {"", 400},
         {"\r\n\r\n", 400},
-        {"GET / HTTP/1.1\r\n", 400},
         {"GET /\r\n\r\n", 400},
         {"GET  HTTP/1.1\r\n\r\n", 400},
         {"GET http://x/ HTTP/1.1\r\n\r\n", 400},
@@ -95,10 +95,11 @@ TEST(RequestHead, MalformedRequestsAreRefused) {
         {"POST / HTTP/1.1\r\nContent-Length: 7, 7\r\n\r\n", 400},
         {"POST / HTTP/1.1\r\nContent-Length: 1025\r\n\r\n", 413},
         {"POST / HTTP/1.1\r\nContent-Length: 99999999999999999999\r\n\r\n", 400},
-        {"GET / HTTP/1.1\r\nOther: " + std::string(kLongestHead, 'x') + "\r\n\r\n", 400},
+        {"GET / HTTP/1.1\r\nOther: " + std::string(kLongestHead, 'x'), 431},
+        {std::string(kLongestHead, 'G'), 431},
     };
     for (const auto& [text, status] : requests) {
-        const RequestHead head = read_head(text);
+        const RequestHead head = head_of(text);
         EXPECT_EQ(head.refusal, status) << text;
         EXPECT_THAT(head.reason, ::testing::Not(::testing::IsEmpty())) << text;
         EXPECT_THAT(answer(head.refusal, head.reason), StartsWith("HTTP/1.1 " + std::to_string(status) + ' ')) << text;
@@ -114,19 +115,26 @@ TEST(RequestHead, AnyBytesGiveARefusalOrAWellFormedHead) {
         for (unsigned change = 0; change < random() % 4; ++change) {
             text[random() % text.size()] = static_cast<char>(random());
         }
-        const RequestHead head = read_head(text);
-        accepted += head.refusal == 0 ? 1 : 0;
-        EXPECT_EQ(head.refusal == 0, head.path.starts_with('/') && head.reason.empty());
-        EXPECT_LE(head.content, kLongestContent);
-        EXPECT_EQ(head.fields.count("range"), 0U);
+        const auto head = read_head(text);
+        if (!head) {
+            continue;
+        }
+        accepted += head->refusal == 0 ? 1 : 0;
+        EXPECT_EQ(head->refusal == 0, head->path.starts_with('/') && head->reason.empty());
+        EXPECT_LE(head->content, kLongestContent);
+        EXPECT_EQ(head->fields.count("range"), 0U);
     }
     EXPECT_GT(accepted, 5000);
     EXPECT_LT(accepted, 19'000);
 }
 
 TEST(RequestHead, EndsWithAnEmptyLine) {
-    EXPECT_EQ(size_of_head("GET / HTTP/1.1\r\n\r"), 0U);
-    EXPECT_EQ(size_of_head("GET / HTTP/1.1\r\n\r\nmore\r\n\r\n"), 18U);
+    const std::string head = "POST / HTTP/1.1\r\nContent-Length: 6\r\n\r\n";
+    for (std::size_t size = 0; size < head.size(); ++size) {
+        EXPECT_FALSE(read_head(head.substr(0, size)).has_value()) << size;
+    }
+    EXPECT_EQ(head_of(head).size, head.size());
+    EXPECT_EQ(head_of(head + " \r\n\r\n more").size, head.size());
 }
 
 TEST(HttpAnswer, IsCompleteAndOneObject) {

@@ -38,23 +38,16 @@ void PageSession::receive(std::span<const char> bytes) {
         return;
     }
     received_.append(bytes.data(), bytes.size());
-    const std::size_t size = size_of_head(received_);
-    if (size == 0) {
-        if (received_.size() > kLongestHead) {
-            stream_.disconnect();
-        }
-        return;
-    }
-    const RequestHead head = read_head(std::string_view(received_).substr(0, size));
-    if (received_.size() < size + head.content) {
+    const auto head = read_head(received_);
+    if (!head || received_.size() < head->size + head->content) {
         return;
     }
     answered_ = true;
-    takes_chunks_ = head.takes_chunks;
-    wants_head_ = head.method == "HEAD";
+    takes_chunks_ = head->takes_chunks;
+    wants_head_ = head->method == "HEAD";
     std::string text;
     try {
-        text = answer_to(head, received_.substr(size, head.content));
+        text = answer_to(*head, received_.substr(head->size, head->content));
     } catch (const std::exception&) {
         text = answer(500, "internal error");
     }
@@ -67,7 +60,7 @@ void PageSession::send(std::string text) {
         return;
     }
     if (wants_head_) {
-        text.resize(size_of_head(text));
+        text.resize(text.find("\r\n\r\n") + 4);
         events_.reset();
         playback_.reset();
     }

@@ -18,7 +18,6 @@ namespace {
 namespace http = boost::beast::http;
 
 constexpr std::size_t kLongestTarget = 256;
-constexpr std::string_view kHeadEnd = "\r\n\r\n";
 constexpr const char* kKnownFields[] = {"host",          "origin",  "authorization",     "sec-fetch-site",
                                         "content-type",  "upgrade", "sec-websocket-key", "sec-websocket-version",
                                         "content-length"};
@@ -70,28 +69,30 @@ bool RequestHead::is_from_other_page() const {
     return !site.empty() && site != "same-origin" && site != "none";  // none: the user entered the address
 }
 
-std::size_t size_of_head(std::string_view received) {
-    const auto end = received.find(kHeadEnd);
-    return end == std::string_view::npos ? 0 : end + kHeadEnd.size();
-}
-
-RequestHead read_head(std::string_view received) {
+std::optional<RequestHead> read_head(std::string_view received) {
     http::request_parser<http::empty_body> parser;
     parser.header_limit(kLongestHead);
     parser.body_limit(kLongestContent);
     boost::system::error_code failure;
-    parser.put(boost::asio::buffer(received), failure);
+    const std::size_t size = parser.put(boost::asio::buffer(received), failure);
+    if (failure == http::error::need_more) {
+        return std::nullopt;
+    }
+    if (failure == http::error::header_limit) {
+        return refuse(431, fmt::format("the head is longer than {} bytes", kLongestHead));
+    }
     if (failure == http::error::body_limit) {
         return refuse(413, fmt::format("the content is longer than {} bytes", kLongestContent));
     }
-    if (!failure && is_folded(received)) {
-        return refuse(400, "a header field is folded");
+    if (failure) {
+        return refuse(400, fmt::format("the request is malformed ({})", failure.message()));
     }
-    if (failure || !parser.is_header_done()) {
-        return refuse(400, fmt::format("the request is malformed ({})", failure ? failure.message() : "no end"));
+    if (is_folded(received.substr(0, size))) {
+        return refuse(400, "a header field is folded");
     }
     const auto& request = parser.get();
     RequestHead head;
+    head.size = size;
     head.method = text_of(request.method_string());
     if (head.method != "GET" && head.method != "HEAD" && head.method != "POST") {
         return refuse(405, "only GET, HEAD and POST are supported");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -14,6 +15,7 @@ constexpr std::size_t kLongestContent = 1024;
 struct RequestHead {
     int refusal = 0;     // HTTP status; 0: accepted
     std::string reason;  // of a refusal, one line
+    std::size_t size = 0;
     std::string method;  // GET, HEAD or POST
     std::string path;    // decoded, without a query
     bool takes_chunks = false;
@@ -27,14 +29,11 @@ struct RequestHead {
     [[nodiscard]] bool is_from_other_page() const;
 };
 
-/// Size of the head at the beginning of `received`, with the empty line at its end; 0: it is incomplete.
-std::size_t size_of_head(std::string_view received);
-
-/// Boost.Beast parses the head. Besides its rules: only GET, HEAD and POST requests for a path of at most 256 characters are
-/// accepted, and a POST needs a Content-Length of at most kLongestContent. A Transfer-Encoding or a folded line is refused, and
-/// so is a known field that is repeated or contains other characters than printable ASCII. Other fields, for example Range, have
-/// no effect (RFC 9110, 14.2: a server may ignore Range).
-RequestHead read_head(std::string_view received);
+/// Head at the beginning of `received`; nullopt: it is incomplete. Boost.Beast parses it. Besides its rules: only GET, HEAD and
+/// POST requests for a path of at most 256 characters are accepted, and a POST needs a Content-Length of at most kLongestContent.
+/// A Transfer-Encoding or a folded line is refused, and so is a known field that is repeated or contains other characters than
+/// printable ASCII. Other fields, for example Range, have no effect (RFC 9110, 14.2: a server may ignore Range).
+std::optional<RequestHead> read_head(std::string_view received);
 
 /// Head of an answer, after which the connection ends. further_fields: complete lines.
 std::string answer_head(int status, std::string_view further_fields);

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <string_view>
 
-#include "board/host/serve/web/request_head.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host::websocket {
@@ -43,8 +43,7 @@ std::string accepted_key(std::string_view key) {
 
 }  // namespace
 
-HandshakeAnswer answer_handshake(std::string_view head, const std::vector<std::string>& origins) {
-    const web::RequestHead request = web::read_head(head);
+HandshakeAnswer answer_handshake(const web::RequestHead& request, const std::vector<std::string>& origins) {
     if (request.refusal != 0) {
         return refuse_handshake(request.refusal, request.reason);
     }

@@ -26,15 +26,12 @@ void Session::receive(std::span<const char> bytes) {
 }
 
 void Session::open() {
-    const std::size_t size = web::size_of_head(received_);
-    if (size == 0) {
-        if (received_.size() > web::kLongestHead) {
-            stream_.disconnect();
-        }
+    const auto head = web::read_head(received_);
+    if (!head) {
         return;
     }
-    const HandshakeAnswer answer = answer_handshake(std::string_view(received_).substr(0, size), origins_);
-    received_.erase(0, size);
+    const HandshakeAnswer answer = answer_handshake(*head, origins_);
+    received_.erase(0, head->size);
     stream_.send(answer.text);
     if (!answer.accepted) {
         stream_.disconnect();
