@@ -1,6 +1,7 @@
 #include "board/host/serve/web/page_session.hpp"
 
 #include <fmt/format.h>
+#include <sys/socket.h>
 
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -68,8 +69,8 @@ void PageSession::send(std::string text) {
 }
 
 void PageSession::take(std::span<const ServedPose> /*poses*/) {
-    if (!answered_) {
-        if (std::chrono::steady_clock::now() - came_ > kRequestLimit) {
+    if (!answered_ || ended_) {
+        if (std::chrono::steady_clock::now() - since_ > kRequestLimit) {
             stream_.disconnect();
         }
         return;
@@ -80,7 +81,10 @@ void PageSession::take(std::span<const ServedPose> /*poses*/) {
     if (auto piece = next_piece()) {
         send(std::move(*piece));
     } else {
-        stream_.disconnect();
+        // Until the client disconnects, what it still sends is read: otherwise the system would discard what it has not yet read.
+        ended_ = true;
+        since_ = std::chrono::steady_clock::now();
+        ::shutdown(stream_.descriptor(), SHUT_WR);
     }
 }
 

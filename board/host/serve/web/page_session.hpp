@@ -21,14 +21,14 @@ namespace tricoil::host::web {
 class PageSession {
 public:
     static constexpr bool kSpeaksHttp = true;
-    static constexpr std::chrono::seconds kRequestLimit{5};  // a client without a complete request is disconnected
+    static constexpr std::chrono::seconds kRequestLimit{5};  // for a complete request, and for the end of an answered client
 
     PageSession(Stream& stream, ServedPage& page) : stream_(stream), page_(page) {}
 
     void receive(std::span<const char> bytes);
     void take(std::span<const ServedPose> poses);
     /// The next piece of the answer does not wait for a pose.
-    [[nodiscard]] bool is_busy() const { return answered_ && !events_ && !stream_.has_waiting(); }
+    [[nodiscard]] bool is_busy() const { return answered_ && !ended_ && !events_ && !stream_.has_waiting(); }
 
 private:
     void send(std::string text);
@@ -41,9 +41,10 @@ private:
 
     Stream& stream_;
     ServedPage& page_;
-    std::chrono::steady_clock::time_point came_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();  // of the connection, or of the answer's end
     std::string received_;
     bool answered_ = false;
+    bool ended_ = false;  // the answer
     bool takes_chunks_ = false;
     bool wants_head_ = false;
     std::optional<EventStream> events_;
