@@ -27,10 +27,6 @@ endif()
 # (FAST, FREESTANDING) at -O2. Images: see toolchain/cmake/arm-none-eabi.cmake.
 if(NOT CMAKE_CROSSCOMPILING)
   string(REPLACE "-O3" "-O1" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")
-  # From GCC 13, -O2 sets this option and -O1 ignores it. Both need it to share precompiled headers.
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13 AND CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
-    add_compile_options(-munroll-only-small-loops)
-  endif()
 endif()
 
 # Host: every library can become part of a shared library. Symbols are hidden, so calls within a program cost nothing more; libraries and
@@ -110,5 +106,9 @@ function(tricoil_library name)
   endif()
   if((ARG_FREESTANDING OR ARG_FAST) AND NOT CMAKE_CROSSCOMPILING)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O2>)
+    # From GCC 13, units at -O2 cannot use headers precompiled at -O1.
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13)
+      set_target_properties(${name} PROPERTIES DISABLE_PRECOMPILE_HEADERS ON)
+    endif()
   endif()
 endfunction()
