@@ -18,7 +18,8 @@
 namespace tricoil::test {
 namespace {
 
-/// Starts a run of 100,000 simulated seconds, interrupts it after its CSV file has begun to grow, aside, and returns its exit code.
+/// Starts a run of 100,000 simulated seconds, interrupts it after its CSV file has begun to grow, aside, and returns its exit
+/// code.
 int interrupt_run(int signal, const std::string& csv, const std::string& out) {
     const pid_t child = fork();
     if (child == 0) {
