@@ -1,0 +1,12 @@
+# Targets whose files need much memory to compile: fewer files in a unit than CMake's 8, so that no compiler needs more than 700 MB, the
+# figure of toolchain/parallel-jobs.
+set(TRICOIL_FILES_IN_A_UNIT
+  tricoil_calibration 5 tricoil_run 5 tricoil_serve_commands 5 tricoil_sim 5 tricoil_tools 4
+  tricoil-front-end 2 tricoil-virtual-board 1 tricoil_python 4
+  cli 5 metal 3 serve 5 tracking_quick 3 virtual_board_image 4)
+while(TRICOIL_FILES_IN_A_UNIT)
+  list(POP_FRONT TRICOIL_FILES_IN_A_UNIT target files)
+  if(TARGET ${target})
+    set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE ${files})
+  endif()
+endwhile()
