@@ -44,7 +44,7 @@ add_library(tricoil_options INTERFACE)
 target_compile_options(tricoil_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wdouble-promotion -Wconversion -Wno-sign-conversion)
 target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
 # GCC collects garbage less often, up to 700 MB of memory per compiler process: less processor time.
-target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-expand=20$<SEMICOLON>--param=ggc-min-heapsize=450000>)
+target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-expand=20$<SEMICOLON>--param=ggc-min-heapsize=380000>)
 if(TRICOIL_SANITIZE)
   # Checks of null and alignment cost a third of the compile time. The address sanitizer reports null pointers too, and the fuzzers check
   # the alignment in all readers. Instrumented code makes GCC warn of uninitialised values in Eigen that are none.
