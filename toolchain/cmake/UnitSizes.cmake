@@ -1,5 +1,4 @@
-# Targets whose files need much memory to compile: fewer files in a unit than CMake's 8, so that no compiler needs more than 700 MB, the
-# figure of toolchain/parallel-jobs.
+# Targets whose files need much memory to compile: with TRICOIL_SMALL_MEMORY, fewer files in a unit than CMake's 8.
 set(TRICOIL_FILES_IN_A_UNIT
   tricoil_calibration 4 tricoil_run 5 tricoil_serve_commands 5 tricoil_sim 5 tricoil_tools 3
   tricoil-front-end 2 tricoil-virtual-board 1 tricoil_python 3
