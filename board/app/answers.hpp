@@ -1,7 +1,6 @@
 // Answers of one or more messages. Each message is sent when the link has room.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "board/app/calibration_store.hpp"

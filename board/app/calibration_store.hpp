@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 
 #include "core/calibration/blob.hpp"
 #include "hal/storage.hpp"

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/base/precision.hpp"
+
 namespace tricoil::app {
 
 /// Not inlined, so that its stack frame is free again when tick() needs one of the same size.
@@ -65,8 +67,11 @@ void ColumnChain<Scalar, SensorTracker>::send(const tracking::PoseEstimate<Scala
     counters.unsent_poses += devices.link.send(estimate).ok() ? 0U : 1U;
 }
 
-template class ColumnChain<double, tracking::AnyTracker<double>>;
 template class ColumnChain<float, tracking::ScaatTracker<float>>;
+#if TRICOIL_FLOAT_TRACKERS
 template class ColumnChain<float, tracking::PreviousTracker<float>>;
+#else
+template class ColumnChain<double, tracking::AnyTracker<double>>;
+#endif
 
 }  // namespace tricoil::app

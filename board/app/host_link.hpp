@@ -1,7 +1,6 @@
 // Link of a board to one host.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "core/base/time.hpp"

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/precision.hpp"
+
 namespace tricoil::app {
 
 template <typename Chain, int Sensors>
@@ -124,9 +126,12 @@ void BlockLoop<Chain, Sensors>::count_gap(std::uint32_t sequence) {
     expected_sequence_ = sequence + 1;
 }
 
-template class BlockLoop<ColumnChain<double, tracking::AnyTracker<double>>, tracking::kMaxSensors>;
 template class BlockLoop<ColumnChain<float, tracking::ScaatTracker<float>>, 1>;
-template class BlockLoop<ColumnChain<float, tracking::PreviousTracker<float>>, 1>;
 template class BlockLoop<FixedChain, 1>;
+#if TRICOIL_FLOAT_TRACKERS
+template class BlockLoop<ColumnChain<float, tracking::PreviousTracker<float>>, 1>;
+#else
+template class BlockLoop<ColumnChain<double, tracking::AnyTracker<double>>, tracking::kMaxSensors>;
+#endif
 
 }  // namespace tricoil::app

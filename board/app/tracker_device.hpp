@@ -91,11 +91,7 @@ private:
 
     // hal::Link and tracking::TrackerTap: output of the loop.
     Status do_send(const tracking::PoseEstimate<float>& estimate) override;
-    void do_begin(const Settings&) override {}
     void do_column(const MeasuredColumn<float>& column) override;
-    void do_tick(std::uint8_t, DeviceTime) override {}
-    void do_hemisphere(std::uint8_t, const Vec3<float>&) override {}
-    void do_pose(const tracking::PoseEstimate<float>&) override {}
 
     DeviceHardware hardware_;
     DeviceParams params_;

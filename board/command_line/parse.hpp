@@ -1,7 +1,6 @@
 // Parses a command line: help, version, and errors of one line.
 #pragma once
 
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>

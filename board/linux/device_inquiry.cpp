@@ -6,7 +6,6 @@
 
 #include "board/linux/device_uri.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/interrupt.hpp"
 #include "board/support/progress.hpp"
 #include "core/protocol/convert.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
@@ -149,16 +148,20 @@ bool DeviceInquiry::exchange(double seconds, const host::InterruptGuard& guard, 
     return false;
 }
 
-/// Calls `ask` until is_answer(message). `what`: name of the request for the error message.
+/// Calls `ask` until is_answer(message) or, if that is empty, until the device acknowledges. `what`: name of the request for the
+/// error message.
 void DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, const Take& is_answer) {
     std::string error;
     const auto is_over = [&](const hal::ReceivedMessage& message) {
-        if (session_.has_identity() && is_answer(message)) {
+        if (is_answer && session_.has_identity() && is_answer(message)) {
             return true;
         }
         protocol::AckMessage ack;
         const bool is_ours = protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ &&
                              ack.opcode == static_cast<std::uint8_t>(opcode);
+        if (!is_answer && session_.has_identity() && is_ours && ack.result == 0) {
+            return true;
+        }
         if (is_ours && ack.result != 0 && ack.result != static_cast<std::uint8_t>(protocol::AckResult::busy)) {
             error = text_of(ack);
         }
@@ -255,12 +258,7 @@ void DeviceInquiry::write_calibration(const std::vector<std::uint8_t>& blob) {
         bytes.resize(protocol::encode(message, bytes));
         (void)port_->send(bytes);  // repeated if lost
     };
-    const auto is_answer = [&](const hal::ReceivedMessage& message) {
-        protocol::AckMessage ack;
-        return protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ && ack.result == 0 &&
-               ack.opcode == static_cast<std::uint8_t>(Opcode::write_calibration);
-    };
-    inquire("write calibration", Opcode::write_calibration, ask, is_answer);
+    inquire("write calibration", Opcode::write_calibration, ask, {});
 }
 
 RawBurst DeviceInquiry::read_block(Excitation state) {
@@ -276,13 +274,7 @@ RawBurst DeviceInquiry::read_block(Excitation state) {
 }
 
 void DeviceInquiry::order(const char* what, Opcode opcode, std::uint32_t argument) {
-    const auto is_answer = [&](const hal::ReceivedMessage& message) {
-        protocol::AckMessage ack;
-        return protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ && ack.result == 0 &&
-               ack.opcode == static_cast<std::uint8_t>(opcode);
-    };
-    inquire(
-        what, opcode, [&] { command(opcode, Excitation::off, argument); }, is_answer);
+    inquire(what, opcode, [&] { command(opcode, Excitation::off, argument); }, {});
 }
 
 void DeviceInquiry::boresight() {

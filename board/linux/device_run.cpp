@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstring>
-#include <functional>
 #include <thread>
 
 #include "board/linux/device_setup.hpp"
@@ -134,10 +132,6 @@ public:
     explicit PoseTap(std::function<void(const tracking::PoseEstimate<double>&)> sink) : sink_(std::move(sink)) {}
 
 private:
-    void do_begin(const Settings& /*settings*/) override {}
-    void do_column(const MeasuredColumn<double>& /*column*/) override {}
-    void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) override {}
-    void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<double>& /*towards*/) override {}
     void do_pose(const tracking::PoseEstimate<double>& estimate) override { sink_(estimate); }
 
     std::function<void(const tracking::PoseEstimate<double>&)> sink_;

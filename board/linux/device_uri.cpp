@@ -1,9 +1,8 @@
 #include "board/linux/device_uri.hpp"
 
-#include <charconv>
-
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
 #include "drivers/serial/serial_port.hpp"
 #ifdef TRICOIL_WITH_CAN
 #include "drivers/socketcan/can_port.hpp"
@@ -19,12 +18,11 @@ constexpr const char* kForms = "use sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODU
 
 /// Parses all of `text` as a number in this base, at most `most`.
 std::uint16_t number(const std::string& text, int base, unsigned most, const std::string& uri, const char* what) {
-    unsigned value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
-    if (error != std::errc() || end != text.data() + text.size() || value > most) {
+    const auto value = host::number_from<unsigned>(text, base);
+    if (!value || *value > most) {
         throw host::InputError("device '" + uri + "': '" + text + "' is not a valid " + what + "; " + kForms);
     }
-    return static_cast<std::uint16_t>(value);
+    return static_cast<std::uint16_t>(*value);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <cinttypes>
 #include <cstdio>
-#include <cstring>
 
 #include "board/pose_text/flag_names.hpp"
 #include "board/support/terminal_text.hpp"

@@ -1,7 +1,6 @@
 #include "board/pose_source/open_source.hpp"
 
 #include <array>
-#include <charconv>
 #include <string_view>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include "board/pose_source/simulated_source.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/text_table.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -20,12 +20,10 @@ constexpr const char* kForms =
 
 template <typename Number>
 Number number_of(const std::string& key, const std::string& text) {
-    Number value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size()) {
-        throw InputError("sim: " + key + "=" + text + ": not a valid number");
+    if (const auto value = number_from<Number>(text)) {
+        return *value;
     }
-    return value;
+    throw InputError("sim: " + key + "=" + text + ": not a valid number");
 }
 
 bool yes_or_no(const std::string& key, const std::string& text) {

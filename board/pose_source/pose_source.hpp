@@ -24,10 +24,6 @@ public:
     [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
 private:
-    void do_begin(const Settings& /*settings*/) override {}
-    void do_column(const MeasuredColumn<double>& /*column*/) override {}
-    void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) override {}
-    void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<double>& /*towards*/) override {}
     void do_pose(const tracking::PoseEstimate<double>& estimate) override;
 
     std::vector<tracking::PoseEstimate<double>> ring_ = std::vector<tracking::PoseEstimate<double>>(kCapacity);  // allocated once

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cmath>
 
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"

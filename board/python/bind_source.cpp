@@ -1,7 +1,6 @@
 // Poses one by one: device, simulation or recording.
 #include <pybind11/stl.h>
 
-#include <cmath>
 #include <mutex>
 #include <type_traits>
 

@@ -1,7 +1,6 @@
 #include "board/record/convert.hpp"
 
 #include <array>
-#include <functional>
 #include <memory>
 
 #include "board/pose_text/candump.hpp"

@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <charconv>
-#include <cmath>
-#include <limits>
 #include <vector>
 
 #include "board/pose_text/pose_fields.hpp"
@@ -35,12 +32,10 @@ public:
     template <typename T>
     T number() {
         const std::string_view field = text();
-        T value{};
-        const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-        if (error != std::errc{} || end != field.data() + field.size()) {
-            throw InputError(fmt::format("{}: field {}, '{}', is not a valid number", where_, at_, field));
+        if (const auto value = number_from<T>(field)) {
+            return *value;
         }
-        return value;
+        throw InputError(fmt::format("{}: field {}, '{}', is not a valid number", where_, at_, field));
     }
 
     template <typename T>
@@ -226,8 +221,7 @@ tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::stri
     e.distortion_m = 1e-3 * fields.number<double>();
     e.snr_db = fields.number<double>();
     if (const std::string_view position_mm = fields.text(); !position_mm.empty()) {
-        double position = 0;
-        std::from_chars(position_mm.data(), position_mm.data() + position_mm.size(), position);
+        const double position = number_from<double>(position_mm).value_or(0);
         e.predicted_error.emplace();
         e.predicted_error->total = {1e-3 * position, kRadians * fields.number<double>()};
     } else {

@@ -1,7 +1,6 @@
 // Runs the inputs of a recording through the same or other trackers.
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "board/record/recording.hpp"

@@ -1,8 +1,6 @@
 #include "board/record/tracker_settings.hpp"
 
 #include <algorithm>
-#include <array>
-#include <limits>
 #include <set>
 #include <string_view>
 

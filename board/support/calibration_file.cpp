@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <fstream>
-#include <sstream>
 #include <utility>
 
 #include "board/support/checked_table.hpp"

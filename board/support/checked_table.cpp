@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <cmath>
+#include <optional>
 
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
@@ -44,16 +45,25 @@ toml::table parse_toml(const std::string& name, std::string_view text) {
 CheckedTable::CheckedTable(std::string file, std::string prefix, const toml::table& table)
     : file_(std::move(file)), prefix_(std::move(prefix)), table_(&table) {}
 
-double CheckedTable::number(const std::string& key, double fallback) {
+/// `convert`: the value of a node; empty if it is not what `wanted` says.
+template <typename Value, typename Convert>
+Value CheckedTable::read(const std::string& key, const Value& fallback, const std::string& wanted, const Convert& convert) {
     const toml::node* node = find(key);
     if (node == nullptr) {
         return fallback;
     }
-    const auto value = node->value<double>();
-    if (!value || !std::isfinite(*value)) {
-        throw_error(key, node, "must be a finite number");
+    const std::optional<Value> value = convert(*node);
+    if (!value) {
+        throw_error(key, node, wanted);
     }
     return *value;
+}
+
+double CheckedTable::number(const std::string& key, double fallback) {
+    return read(key, fallback, "must be a finite number", [](const toml::node& node) {
+        const auto value = node.value<double>();
+        return value && std::isfinite(*value) ? value : std::nullopt;
+    });
 }
 
 double CheckedTable::positive(const std::string& key, double fallback) {
@@ -65,39 +75,19 @@ double CheckedTable::positive(const std::string& key, double fallback) {
 }
 
 bool CheckedTable::flag(const std::string& key, bool fallback) {
-    const toml::node* node = find(key);
-    if (node == nullptr) {
-        return fallback;
-    }
-    const auto value = node->value_exact<bool>();
-    if (!value) {
-        throw_error(key, node, "must be true or false");
-    }
-    return *value;
+    return read(key, fallback, "must be true or false", [](const toml::node& node) { return node.value_exact<bool>(); });
 }
 
 std::uint64_t CheckedTable::whole(const std::string& key, std::uint64_t fallback, std::uint64_t most) {
-    const toml::node* node = find(key);
-    if (node == nullptr) {
-        return fallback;
-    }
-    const auto value = node->value_exact<std::int64_t>();
-    if (!value || *value < 0 || static_cast<std::uint64_t>(*value) > most) {
-        throw_error(key, node, fmt::format("must be a whole number from 0 to {}", most));
-    }
-    return static_cast<std::uint64_t>(*value);
+    return read(key, fallback, fmt::format("must be a whole number from 0 to {}", most), [most](const toml::node& node) {
+        const auto value = node.value_exact<std::int64_t>();
+        const bool fits = value && *value >= 0 && static_cast<std::uint64_t>(*value) <= most;
+        return fits ? std::optional(static_cast<std::uint64_t>(*value)) : std::nullopt;
+    });
 }
 
 std::string CheckedTable::text(const std::string& key, const std::string& fallback) {
-    const toml::node* node = find(key);
-    if (node == nullptr) {
-        return fallback;
-    }
-    const auto value = node->value<std::string>();
-    if (!value) {
-        throw_error(key, node, "must be a string in quotes");
-    }
-    return *value;
+    return read(key, fallback, "must be a string in quotes", [](const toml::node& node) { return node.value<std::string>(); });
 }
 
 std::string CheckedTable::choice(const std::string& key, const std::vector<std::string>& choices) {
@@ -130,15 +120,10 @@ std::vector<std::string> CheckedTable::texts(const std::string& key) {
 }
 
 Vec3<double> CheckedTable::vector(const std::string& key, const Vec3<double>& fallback) {
-    const toml::node* node = find(key);
-    if (node == nullptr) {
-        return fallback;
-    }
-    const auto values = numbers_of(*node, 3);
-    if (values.empty()) {
-        throw_error(key, node, "must be three finite numbers, as [0.5, 0, 0]");
-    }
-    return {values[0], values[1], values[2]};
+    return read(key, fallback, "must be three finite numbers, as [0.5, 0, 0]", [](const toml::node& node) {
+        const auto values = numbers_of(node, 3);
+        return values.empty() ? std::nullopt : std::optional(Vec3<double>(values.data()));
+    });
 }
 
 Mat3<double> CheckedTable::matrix(const std::string& key, const Mat3<double>& fallback) {

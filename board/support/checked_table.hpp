@@ -52,6 +52,8 @@ public:
 
 private:
     const toml::node* find(const std::string& key);
+    template <typename Value, typename Convert>
+    Value read(const std::string& key, const Value& fallback, const std::string& wanted, const Convert& convert);
     [[noreturn]] void throw_error(const std::string& key, const toml::node* node, const std::string& what) const;
 
     std::string file_;

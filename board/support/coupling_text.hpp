@@ -9,7 +9,6 @@
 
 #include "board/support/text_table.hpp"
 #include "core/linear/matrix.hpp"
-#include "core/signal/excitation.hpp"
 
 namespace tricoil::host {
 

@@ -4,9 +4,7 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
-#include <cstdio>
 #include <cstring>
-#include <utility>
 
 #include "board/support/errors.hpp"
 #include "board/support/terminal_colour.hpp"

@@ -1,6 +1,5 @@
 #include "board/support/text_table.hpp"
 
-#include <charconv>
 #include <cmath>
 
 #include "board/support/errors.hpp"
@@ -77,15 +76,14 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
 }
 
 double parse_number(std::string_view field, const TextPlace& place) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-    if (error != std::errc{} || end != field.data() + field.size()) {
+    const auto value = number_from<double>(field);
+    if (!value) {
         throw InputError(place.str() + ": '" + shown(field) + "' is not a number");
     }
-    if (!std::isfinite(value)) {
+    if (!std::isfinite(*value)) {
         throw InputError(place.str() + ": '" + shown(field) + "' is not finite; remove or repair the line");
     }
-    return value;
+    return *value;
 }
 
 }  // namespace tricoil::host

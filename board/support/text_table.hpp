@@ -1,7 +1,9 @@
 // Strict reader for text files of numbers. Every error message names file and line.
 #pragma once
 
+#include <charconv>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +23,14 @@ struct TextPlace {
 
 /// Fields of a line, split at `separator`. A space splits at any run of blanks.
 std::vector<std::string_view> split(std::string_view line, char separator);
+
+/// The number, if all of `text` is one. `base`: of integers.
+template <typename Number, typename... Base>
+std::optional<Number> number_from(std::string_view text, Base... base) {
+    Number value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base...);
+    return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
 
 /// Throws InputError unless `field` is exactly one finite number.
 double parse_number(std::string_view field, const TextPlace& place);

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-
 #include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
@@ -25,12 +23,11 @@ constexpr double kAsymmetry_m2 = 1e-9;  // rounding errors of a covariance
 
 template <typename T>
 T parse_all(std::string_view field, const std::string& text) {
-    T value{};
-    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-    if (error != std::errc{} || end != field.data() + field.size()) {
+    const auto value = number_from<T>(field);
+    if (!value) {
         refuse(text);
     }
-    return value;
+    return *value;
 }
 
 ToolTip parse_tip(const std::string& text) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +11,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/text_table.hpp"
 #include "core/fixed/tracker.hpp"
 #include "core/tracking/tracker_params.hpp"
 
@@ -64,11 +64,8 @@ inline Microseconds prediction_of_option(const std::string& tracker, double seco
 /// Time of the text after `scaat,`: predict_s=SECONDS. Throws InputError.
 inline Microseconds prediction_of(const std::string& typed) {
     constexpr std::string_view kKey = "predict_s=";
-    const char* const begin = typed.data() + std::min(kKey.size(), typed.size());
-    const char* const end = typed.data() + typed.size();
-    double seconds = -1;
-    const auto [read, error] = std::from_chars(begin, end, seconds);
-    if (!typed.starts_with(kKey) || error != std::errc{} || read != end || !(seconds >= 0 && seconds <= kMaxPredictionS)) {
+    const double seconds = typed.starts_with(kKey) ? number_from<double>(typed.substr(kKey.size())).value_or(-1) : -1;
+    if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
         throw InputError("--tracker scaat," + typed + ": only predict_s=SECONDS may follow, 0 to 0.1");
     }
     return microseconds_from_seconds(seconds);

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
 #include <string_view>
 
-#include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/sim_input/fault_text.hpp"
+#include "board/support/text_table.hpp"
 
 namespace tricoil::virtual_board {
 namespace {
@@ -36,42 +35,28 @@ constexpr std::array<Kind, 18> kKinds{{
     {"supply", "supply:N  the chip's voltage reference shows a supply of N millivolts"},
     {"can_alone", "can_alone  no other node on the CAN bus acknowledges"},
 }};
-constexpr double kMaxNumber = 1e9;  // fits `unsigned`; larger than any count in a run
-constexpr double kMaxWord = 4294967295;
-constexpr double kAlways = std::numeric_limits<double>::infinity();
-
-double number(const std::string& text, const std::string& fault) {
-    try {
-        std::size_t used = 0;
-        const double value = std::stod(text, &used);
-        if (used == text.size() && value >= 0) {
-            return value;
-        }
-    } catch (const std::exception&) {  // reported below
-    }
-    throw host::InputError("fault '" + fault + "': '" + text + "' is not a number of at least 0");
-}
+constexpr unsigned kMaxNumber = 1'000'000'000;  // larger than any count in a run
 
 /// The number N of the fault; 0 for a fault without a number.
-unsigned count(const Kind& kind, const std::string& field, const std::string& fault) {
-    const bool takes_number = std::string_view(kind.help).starts_with(std::string(kind.name) + ":N");
-    if (!takes_number) {
-        if (!field.empty()) {
-            throw host::InputError("fault '" + fault + "': this fault takes no number");
+unsigned number_of(const Kind& kind, const std::vector<std::string>& arguments, const std::string& fault) {
+    if (!std::string_view(kind.help).starts_with(std::string(kind.name) + ":N")) {
+        if (!arguments.empty()) {
+            host::refuse_fault(fault, "this fault takes no number");
         }
         return 0;
     }
-    const double value = number(field.empty() ? field : field.substr(1), fault);
-    if (std::string_view(kind.name) == "option_bytes") {
-        if (value > kMaxWord || value != std::floor(value)) {
-            throw host::InputError("fault '" + fault + "': give a 32-bit number, for example 0xFFEFF8AA");
-        }
-        return static_cast<unsigned>(value);
+    const std::string text = arguments.size() == 1 ? arguments[0] : "";
+    const bool is_word = std::string_view(kind.name) == "option_bytes";
+    const bool is_hexadecimal = is_word && text.starts_with("0x");
+    const auto value =
+        host::number_from<unsigned>(std::string_view(text).substr(is_hexadecimal ? 2 : 0), is_hexadecimal ? 16 : 10);
+    if (!value && is_word) {
+        host::refuse_fault(fault, "give a 32-bit number, for example 0xFFEFF8AA");
     }
-    if (value < 1 || value > kMaxNumber || value != std::floor(value)) {
-        throw host::InputError("fault '" + fault + "': give a whole number from 1 to 1000000000");
+    if (!value || (!is_word && (*value < 1 || *value > kMaxNumber))) {
+        host::refuse_fault(fault, "give a whole number from 1 to 1000000000");
     }
-    return static_cast<unsigned>(value);
+    return *value;
 }
 
 }  // namespace
@@ -94,26 +79,12 @@ bool is_board_fault(const std::string& text) {
 }
 
 BoardFault parse_board_fault(const std::string& text) {
-    BoardFault fault;
-    const auto at = text.find('@');
-    const std::string head = text.substr(0, at);
-    const auto colon = head.find(':');
-    const Kind& kind = kKinds.at(host::index_of_name("fault", head.substr(0, colon), board_fault_names()));
-    fault.name = kind.name;
-    fault.number = count(kind, head.substr(std::min(colon, head.size())), text);
-    fault.end_s = kAlways;
-    if (at != std::string::npos) {
-        const std::string times = text.substr(at + 1);
-        const auto dash = times.find('-');
-        fault.begin_s = number(times.substr(0, dash), text);
-        fault.end_s = dash == std::string::npos ? kAlways : number(times.substr(dash + 1), text);
-    }
-    if (fault.end_s <= fault.begin_s) {
-        throw host::InputError("fault '" + text + "': times must be BEGIN-END in seconds, in order");
-    }
+    const host::FaultWords words = host::split_fault(text);
+    const Kind& kind = kKinds.at(host::index_of_name("fault", words.name, board_fault_names()));
+    const BoardFault fault{kind.name, number_of(kind, words.arguments, text), words.begin_s, words.end_s};
     const bool converter = fault.number == 1 || (fault.number >= 3 && fault.number <= 5);
     if (fault.name == "adc_silent" && !converter) {
-        throw host::InputError("fault '" + text + "': the board uses converters 1, 3, 4 and 5; give one of them");
+        host::refuse_fault(text, "the board uses converters 1, 3, 4 and 5; give one of them");
     }
     return fault;
 }

@@ -1,7 +1,6 @@
 // Bridges between the virtual board's links and the real interfaces of this machine.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 

@@ -1,8 +1,7 @@
 #include "board/virtual_board/can_rate_text.hpp"
 
-#include <charconv>
-
 #include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
 
 namespace tricoil::virtual_board {
 namespace {
@@ -11,19 +10,12 @@ constexpr unsigned kLowestHz = 10'000;  // ISO 11898: 1 Mbit/s in the arbitratio
 constexpr unsigned kHighestNominalHz = 1'000'000;
 constexpr unsigned kHighestDataHz = 8'000'000;
 
-/// 0: not a whole number.
-unsigned whole_number(const std::string& text) {
-    unsigned value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size() ? value : 0;
-}
-
 }  // namespace
 
 CanWire::Rates parse_can_rate(const std::string& text) {
     const auto slash = text.find('/');
-    const unsigned nominal = whole_number(text.substr(0, slash));
-    const unsigned data = slash == std::string::npos ? nominal : whole_number(text.substr(slash + 1));
+    const unsigned nominal = host::number_from<unsigned>(text.substr(0, slash)).value_or(0);
+    const unsigned data = slash == std::string::npos ? nominal : host::number_from<unsigned>(text.substr(slash + 1)).value_or(0);
     if (nominal < kLowestHz || nominal > kHighestNominalHz || data < nominal || data > kHighestDataHz) {
         throw host::InputError(
             "--can-rate '" + text +

@@ -1,8 +1,8 @@
 #include "core/fixed/block_demodulator.hpp"
 
-#include "core/fixed/block_health.hpp"
 #include "core/fixed/hum.hpp"
 #include "core/fixed/sizes.hpp"
+#include "core/signal/block_health.hpp"
 
 namespace tricoil::fixed {
 namespace {
@@ -44,7 +44,11 @@ Status check(const DemodulatorParams& params) {
 }
 
 Demodulator::Demodulator(const Acquisition& acquisition, const DemodulatorParams& params)
-    : acquisition_(acquisition), params_(params), noise_estimator_(acquisition), natural_run_(longest_natural_run(acquisition)) {
+    : acquisition_(acquisition),
+      params_(params),
+      noise_estimator_(acquisition),
+      natural_run_(signal::longest_natural_run(std::span(acquisition.window_cycles).first(acquisition.carriers()),
+                                               acquisition.window_samples())) {
     for (std::size_t j = 0; j < acquisition.carriers(); ++j) {
         oscillators_.push_back(Oscillator(acquisition.window_cycles[j], acquisition.window_samples()));
     }
@@ -60,7 +64,7 @@ Result<Columns> Demodulator::demodulate(const SampleBlock& block) {
     }
     const auto window = block.samples.subspan(static_cast<std::size_t>(acquisition_.guard_samples));
     const ColumnFlags flags =
-        inspect_window(window, natural_run_, product<0>(params_.linear_share, Fixed<0>(block.full_scale)).raw());
+        signal::inspect_window(window, natural_run_, product<0>(params_.linear_share, Fixed<0>(block.full_scale)).raw());
     update_noise(window);
     std::array<Phasors, kSourceCoils> phasors{};
     const std::size_t count = oscillators_.size();

@@ -13,8 +13,8 @@ Scaled scaled_from(double value);
 /// Vector in the direction of v with entries of magnitude at most one half. Zero if v is zero or not finite.
 Vec3<Unit> direction_from(const Vec3<double>& v);
 
-/// Converts responses, limits and smoothing. The smoothing weight is rounded to a power of two. Gain steps, the noise floor
-/// and dc_limit are not supported; the limit of the offset is a quarter of the linear range. volts_per_code: of the converters.
+/// Converts responses, limits and smoothing. The smoothing weight is rounded to a power of two. Gain steps and the
+/// noise floor are not supported. volts_per_code: of the converters.
 /// Errors: those of check().
 Result<DemodulatorParams> demodulator_params_from(const signal::DemodulatorParams<double>& params, double volts_per_code);
 

@@ -1,7 +1,5 @@
 #include "core/fixed/previous_measurement.hpp"
 
-#include <algorithm>
-
 namespace tricoil::fixed {
 namespace {
 

@@ -235,22 +235,11 @@ void Tracker::fill_estimate(const Measurement& measurement, const VectorPose& po
     estimate.flags.set_if(significant && fit.misfit_share > params_.max_misfit, PoseFlag::no_sensor);
 }
 
-/// searching -> tracking on a valid pose; tracking -> lost after lost_after without one; lost -> searching after search_after.
 void Tracker::advance(bool valid, DeviceTime time) {
-    if (valid) {
-        counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
-        state_ = TrackerState::tracking;
-        last_valid_ = time;
-        return;
-    }
-    const Microseconds age = time - last_valid_;
-    if (state_ == TrackerState::tracking && age > params_.lost_after) {
-        state_ = TrackerState::lost;
-    }
-    if (state_ == TrackerState::lost && age > params_.search_after) {
-        state_ = TrackerState::searching;
-        has_last_ = false;
-    }
+    counters_.acquisitions += valid && state_ != TrackerState::tracking ? 1U : 0U;
+    state_ = tracking::next_state(state_, valid, time - last_valid_, params_);
+    last_valid_ = valid ? time : last_valid_;
+    has_last_ = has_last_ && state_ != TrackerState::searching;
 }
 
 }  // namespace tricoil::fixed

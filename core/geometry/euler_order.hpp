@@ -1,7 +1,6 @@
 // Euler angles in any axis order, for output. The core itself uses quaternions.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 

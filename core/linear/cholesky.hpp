@@ -1,7 +1,6 @@
 // Cholesky factors of small symmetric matrices.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/linear/matrix.hpp"

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <numbers>
 
 #include "core/linear/matrix.hpp"
 

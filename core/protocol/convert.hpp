@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <type_traits>
 
 #include "core/protocol/messages.hpp"
 #include "core/protocol/schema.hpp"

@@ -1,7 +1,6 @@
 // Report of a self-check: one row per check, small enough for a message.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 
 #include "core/base/static_vector.hpp"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <array>
-#include <complex>
+#include <span>
 
 #include "core/base/status.hpp"
 #include "core/signal/excitation.hpp"
@@ -36,6 +36,10 @@ struct AcquisitionPlan {
     [[nodiscard]] constexpr bool has_low_band() const { return params.multiplexing == Multiplexing::dual_band; }
     /// Carriers at the same time.
     [[nodiscard]] int carriers() const { return is_tdm() ? 1 : (has_low_band() ? kMaxCarriers : kSourceCoils); }
+    /// Whole cycles of the high carriers in the window.
+    [[nodiscard]] std::span<const int> high_cycles() const {
+        return std::span(window_cycles).first(is_tdm() ? 1U : kSourceCoils);
+    }
     [[nodiscard]] double window_s() const { return window_samples / params.sample_rate_hz; }
     [[nodiscard]] double block_s() const { return block_samples / params.sample_rate_hz; }
 };

@@ -1,7 +1,6 @@
 // Errors of the sensor channels' converters and gain steps, and their correction.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>

@@ -26,7 +26,10 @@ float gain_of_sum(double turns, int conversions) {
 
 template <typename Scalar>
 Demodulator<Scalar>::Demodulator(const AcquisitionPlan& plan, const DemodulatorParams<Scalar>& params)
-    : plan_(plan), params_(params), noise_estimator_(plan) {
+    : plan_(plan),
+      params_(params),
+      noise_estimator_(plan),
+      natural_run_(longest_natural_run(plan.high_cycles(), plan.window_samples)) {
     for (std::size_t j = 0; j < static_cast<std::size_t>(plan.carriers()); ++j) {
         oscillators_[j] = Oscillator<Scalar>(plan.window_cycles[j], plan.window_samples);
         carrier_rad_s_[j] = 2 * std::numbers::pi_v<Scalar> * static_cast<Scalar>(plan.params.carrier_hz[j]);
@@ -49,7 +52,7 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
         return Status{StatusCode::invalid_argument, "block was sampled with a gain step that is not calibrated"};
     }
     const auto window = block.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
-    ColumnFlags flags = inspect_window(window, plan_, linear_range(block.full_scale, params_.linear_share), params_.dc_limit);
+    ColumnFlags flags = inspect_window(window, natural_run_, linear_range(block.full_scale, params_.linear_share));
     const bool switched = has_noise_ && block.gain_step != gain_step_;
     flags.set_if(switched && !plan_.is_tdm(), ColumnFlag::gain_changed);
     has_noise_ = has_noise_ && !switched;  // noise in codes depends on the gain

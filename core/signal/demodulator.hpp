@@ -41,7 +41,6 @@ struct DemodulatorParams {
     Scalar min_reference_v = Scalar(10e-3);  // amplitude of the reference channel at full drive below which no_reference is set
     Scalar low_signal_ratio = 10;            // a column below this multiple of sigma (20 dB) is flagged low_signal
     float linear_share = 1;                  // share of full scale up to which the sensor amplifiers are linear
-    float dc_limit = 0.25F;                  // allowed offset relative to the linear range
     Scalar noise_smoothing = Scalar(1.0 / 16);  // weight of a new block in the running noise power
     Scalar noise_jump = 4;                      // above this multiple of the running power, a block replaces it at once
 };
@@ -79,6 +78,7 @@ private:
     std::array<Scalar, kMaxCarriers> carrier_rad_s_{};
     std::array<float, kMaxCarriers> sum_gain_{};  // amplitude of a sample relative to that of its conversions
     NoiseEstimator<Scalar> noise_estimator_;
+    int natural_run_;                               // see longest_natural_run()
     std::array<Scalar, kChannels> sample_power_{};  // running noise power per channel, codes squared
     bool has_noise_ = false;
     std::uint8_t gain_step_ = 0;      // of the newest block

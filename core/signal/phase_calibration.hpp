@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <complex>
 
 #include "core/signal/column.hpp"

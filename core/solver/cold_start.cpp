@@ -284,9 +284,11 @@ Result<ColdSolution<Scalar>> solve_cold(const Model<Scalar>& model, const Mat3<S
     return search.best();
 }
 
+#if TRICOIL_FLOAT_TRACKERS
 template Result<RigidPose<float>> corrected_direct(const Model<float>&, const Mat3<float>&, const Vec3<float>&, int);
 template Result<ColdSolution<float>> solve_cold(const Model<float>&, const Mat3<float>&, const Mat3<float>&,
                                                 const ColdStartParams<float>&);
+#endif
 #if TRICOIL_DOUBLE
 template Result<RigidPose<double>> corrected_direct(const Model<double>&, const Mat3<double>&, const Vec3<double>&, int);
 template Result<ColdSolution<double>> solve_cold(const Model<double>&, const Mat3<double>&, const Mat3<double>&,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/time.hpp"
 #include "core/solver/pose_covariance.hpp"

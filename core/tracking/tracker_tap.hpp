@@ -41,11 +41,12 @@ public:
     void fault(std::string_view text) { do_fault(text); }
 
 private:
-    virtual void do_begin(const Settings& settings) = 0;
-    virtual void do_column(const MeasuredColumn<Scalar>& column) = 0;
-    virtual void do_tick(std::uint8_t sensor, DeviceTime now) = 0;
-    virtual void do_hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) = 0;
-    virtual void do_pose(const PoseEstimate<Scalar>& estimate) = 0;
+    // An observer overrides what it uses.
+    virtual void do_begin(const Settings& /*settings*/) {}
+    virtual void do_column(const MeasuredColumn<Scalar>& /*column*/) {}
+    virtual void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) {}
+    virtual void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<Scalar>& /*towards*/) {}
+    virtual void do_pose(const PoseEstimate<Scalar>& /*estimate*/) {}
     virtual void do_fault(std::string_view /*text*/) {}
 };
 

@@ -4,9 +4,7 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 
-#include <array>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 
 #include "drivers/posix/raw_terminal.hpp"
@@ -37,17 +35,7 @@ int SerialPort::open_descriptor() {
     return ::fcntl(fd.get(), F_DUPFD_CLOEXEC, 0);
 }
 
-PtyPort::PtyPort() {
-    master_.reset(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
-    std::array<char, 64> name{};
-    if (!master_.is_open() || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 ||
-        ::ptsname_r(master_.get(), name.data(), name.size()) != 0) {
-        return;
-    }
-    path_ = name.data();
-    slave_.reset(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
-    make_raw(slave_.get());
-}
+PtyPort::PtyPort() { path_ = open_pseudo_terminal(master_, slave_); }
 
 int PtyPort::open_descriptor() {
     const int fd = ::fcntl(master_.get(), F_DUPFD_CLOEXEC, 0);

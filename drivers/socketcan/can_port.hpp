@@ -1,7 +1,6 @@
 // Protocol messages over the identifiers of one node on a CAN FD interface.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 

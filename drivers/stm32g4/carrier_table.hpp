@@ -1,7 +1,6 @@
 // A whole number of cycles of one carrier, or of two carriers at the same time, as DAC codes.
 #pragma once
 
-#include <cmath>
 #include <complex>
 #include <cstddef>
 #include <cstdint>

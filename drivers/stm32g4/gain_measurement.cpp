@@ -22,7 +22,7 @@ constexpr std::uint8_t kFillingStep = 1;
 constexpr int kBlocks = 4;                  // blocks per reading
 constexpr int kMaxBlocks = 3 * kBlocks;     // blocks before a reading times out
 constexpr float kLinearShare = 0.95F;       // of full scale; linear range of the op-amps
-constexpr float kOffset = 0.2F;             // largest offset, share of the linear range; the carrier uses 3/4 of full scale
+constexpr int kOffsetDivisor = 5;           // largest offset: range / 5; the carrier uses 3/4 of full scale
 constexpr float kTolerance = 0.1F;          // of the gain of a step, relative
 constexpr float kShortestLag_s = 0.25e-6F;  // at the highest gain; bandwidth 40 MHz
 constexpr float kLongestLag_s = 2.4e-6F;    // at the highest gain; bandwidth 4 MHz (typical: 13 MHz)
@@ -31,7 +31,11 @@ constexpr Status kOutOfTolerance{StatusCode::degenerate, "a sensor amplifier is 
 class Measurement {
 public:
     Measurement(hal::CoilSampler& sampler, TestInputGain& gain, const signal::AcquisitionPlan& plan)
-        : sampler_(sampler), gain_(gain), plan_(plan), oscillator_(plan.window_cycles[0], plan.window_samples) {}
+        : sampler_(sampler),
+          gain_(gain),
+          plan_(plan),
+          oscillator_(plan.window_cycles[0], plan.window_samples),
+          natural_run_(signal::longest_natural_run(plan.high_cycles(), plan.window_samples)) {}
 
     Status measure(signal::GainSteps<float>& steps) {
         if (plan_.window_cycles[0] * plan_.block_samples % plan_.window_samples != 0) {
@@ -95,7 +99,7 @@ private:
             }
             const auto window = block_.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
             const auto linear = static_cast<std::int32_t>(kLinearShare * static_cast<float>(block_.full_scale));
-            if (!inspect_window(window, plan_, linear, kOffset).empty()) {
+            if (!signal::inspect_window(window, natural_run_, linear, kOffsetDivisor).empty()) {
                 return kOutOfTolerance;
             }
             add(lock_in(oscillator_, window), sum);
@@ -138,6 +142,7 @@ private:
     TestInputGain& gain_;
     const signal::AcquisitionPlan& plan_;
     signal::Oscillator<float> oscillator_;
+    int natural_run_;
     SampleBlock block_;
     std::array<std::complex<float>, kSensorCoils> product_{{1, 1, 1}};  // response of a step relative to the follower
 };

@@ -1,7 +1,6 @@
 // Watchdog, resets, status LED, button and heartbeat line of a microcontroller, in virtual time.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 
 #include "hal/board_monitor.hpp"

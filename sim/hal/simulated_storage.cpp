@@ -1,6 +1,5 @@
 #include "sim/hal/simulated_storage.hpp"
 
-#include <bit>
 #include <cstring>
 
 namespace tricoil::sim {

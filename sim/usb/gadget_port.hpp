@@ -1,7 +1,6 @@
 // USB function of the kernel's gadget stack, through FunctionFS.
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>

@@ -1,7 +1,6 @@
 // USB device emulated by this program, plugged into the kernel's virtual host controller.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <string>

@@ -1,7 +1,6 @@
 #include "sim/virtual_board/injected_code.hpp"
 
 #include <array>
-#include <cstddef>
 
 namespace tricoil::virtual_board {
 namespace {

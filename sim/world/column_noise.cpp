@@ -1,9 +1,9 @@
 #include "sim/world/column_noise.hpp"
 
-#include <Eigen/Cholesky>
 #include <vector>
 
 #include "core/signal/lock_in.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::sim {
 namespace {
@@ -50,8 +50,7 @@ Covariance impulse_covariance(const signal::AcquisitionPlan& plan) {
 
 ColumnNoise::ColumnNoise(const signal::AcquisitionPlan& plan) : parts_(2 * plan.carriers()), factor_(Covariance::Zero()) {
     const Covariance covariance = impulse_covariance(plan);
-    factor_.topLeftCorner(parts_, parts_) =
-        Eigen::LLT<Eigen::MatrixXd>(covariance.topLeftCorner(parts_, parts_)).matrixL().toDenseMatrix();
+    factor_.topLeftCorner(parts_, parts_) = lower_factor(covariance.topLeftCorner(parts_, parts_));
 }
 
 ColumnNoise::Phasors ColumnNoise::draw(std::mt19937_64& random) {

@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "core/fixed/block_health.hpp"
 #include "core/fixed/tracker.hpp"
+#include "core/signal/block_health.hpp"
 #include "tests/support/integer_blocks.hpp"
 
 namespace tricoil::fixed {
@@ -276,9 +276,8 @@ TEST(FixedParameters, UncheckedOnesDoNoHarm) {
         }
         EXPECT_EQ(tracker.counters().accepted, 6U);
     }
-    Acquisition still;
-    still.window_cycles = {};
-    EXPECT_EQ(longest_natural_run(still), longest_natural_run({signal::Multiplexing::tdm, 144'000, 200, 40, {1, 0, 0}}));
+    const std::array still{0};
+    EXPECT_EQ(signal::longest_natural_run(still, 160), signal::longest_natural_run(std::array{1}, 160));
 }
 
 TEST(FixedParameters, PlansOfUnfitRatesAreRefused) {

@@ -49,11 +49,7 @@ public:
     explicit ColumnStore(std::vector<Column<double>>& columns) : columns_(columns) {}
 
 private:
-    void do_begin(const Settings& /*settings*/) override {}
     void do_column(const MeasuredColumn<double>& column) override { columns_.push_back(column); }
-    void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) override {}
-    void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<double>& /*towards*/) override {}
-    void do_pose(const tracking::PoseEstimate<double>& /*estimate*/) override {}
     std::vector<Column<double>>& columns_;
 };
 

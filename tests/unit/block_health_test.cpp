@@ -9,6 +9,10 @@
 namespace tricoil::signal {
 namespace {
 
+ColumnFlags flags_of(const std::vector<Sample>& window, const AcquisitionPlan& plan, std::int32_t linear_range) {
+    return inspect_window(window, longest_natural_run(plan.high_cycles(), plan.window_samples), linear_range);
+}
+
 TEST(BlockHealth, UnknownFullScaleMeansNoSaturationAndNoOffset) {
     const auto plan = *plan_acquisition(default_acquisition(Multiplexing::tdm, 240));
     test::ToneBlock block;
@@ -18,7 +22,7 @@ TEST(BlockHealth, UnknownFullScaleMeansNoSaturationAndNoOffset) {
     }
     std::mt19937_64 random(5);
     const auto samples = test::render(block, plan, random);
-    EXPECT_TRUE(inspect_window(samples, plan, 0, 0.25F).empty());
+    EXPECT_TRUE(flags_of(samples, plan, 0).empty());
 }
 
 TEST(BlockHealth, AStuckReferenceDoesNotFlagTheSensor) {
@@ -29,7 +33,7 @@ TEST(BlockHealth, AStuckReferenceDoesNotFlagTheSensor) {
     }
     std::mt19937_64 random(6);
     const auto samples = test::render(block, plan, random);
-    EXPECT_FALSE(inspect_window(samples, plan, 8388607, 0.25F).has(ColumnFlag::stuck));
+    EXPECT_FALSE(flags_of(samples, plan, 8388607).has(ColumnFlag::stuck));
 }
 
 TEST(SampleBlock, MidpointLiesBetweenTheFirstAndTheLastSample) {
@@ -59,13 +63,13 @@ TEST(BlockHealth, TheSlowestCarrierAloneIsNotClipped) {
     }
     std::mt19937_64 random(7);
     auto samples = test::render(block, plan, random);
-    EXPECT_FALSE(inspect_window(samples, plan, 8388607, 0.25F).has(ColumnFlag::clipped));
+    EXPECT_FALSE(flags_of(samples, plan, 8388607).has(ColumnFlag::clipped));
     for (Sample& sample : samples) {
         for (std::int32_t& code : sample) {
             code = std::clamp(code, -800'000, 800'000);
         }
     }
-    EXPECT_TRUE(inspect_window(samples, plan, 8388607, 0.25F).has(ColumnFlag::clipped));
+    EXPECT_TRUE(flags_of(samples, plan, 8388607).has(ColumnFlag::clipped));
 }
 
 }  // namespace

@@ -11,9 +11,9 @@
 
 #include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/initial_guess.hpp"
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/linear/eigen.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {

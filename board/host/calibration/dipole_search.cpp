@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "board/support/dense_algebra.hpp"
 #include "core/linear/eigen.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {

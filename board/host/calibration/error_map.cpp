@@ -8,10 +8,9 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <numbers>
 
-#include "board/support/dense_algebra.hpp"
 #include "core/linear/eigen.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -11,13 +11,14 @@
 #include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/ideal_couplings.hpp"
 #include "board/host/calibration/initial_guess.hpp"
-#include "board/support/dense_algebra.hpp"
+#include "board/host/run/statistics.hpp"
 #include "board/support/errors.hpp"
 #include "core/calibration/coil_correction.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -133,9 +134,7 @@ void fit_output_correction(CalibrationFile& calibration, const std::vector<Evalu
     for (const EvaluatedPose& e : errors) {
         sizes.push_back(e.error_m.norm());
     }
-    std::vector<double> sorted = sizes;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double limit = 5 * sorted[sorted.size() / 2] + 1e-9;
+    const double limit = 5 * median(sizes) + 1e-9;
     Eigen::MatrixXd features(errors.size(), 4);
     Eigen::MatrixXd wanted(errors.size(), 3);
     for (std::size_t i = 0; i < errors.size(); ++i) {
@@ -192,20 +191,16 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
     const auto turn = [](const Vec3<double>& w, const Mat3<double>& r) -> Mat3<double> {
         return geometry::rotation_vector_to_quaternion<double>(w).toRotationMatrix() * r;
     };
-    for (auto& [name, rigid] : c.source_stage) {
-        const auto found = column.find("source " + name);
-        if (found != column.end()) {
-            rigid.translation_m += Vec3<double>(step.segment<3>(found->second));
-            rigid.rotation = nearest_rotation(turn(step.segment<3>(found->second + 3), rigid.rotation));
+    const auto move = [&](const std::string& kind, auto& fixtures) {
+        for (auto& [name, rigid] : fixtures) {
+            if (const auto found = column.find(kind + name); found != column.end()) {
+                rigid.translation_m += Vec3<double>(step.segment<3>(found->second));
+                rigid.rotation = nearest_rotation(turn(step.segment<3>(found->second + 3), rigid.rotation));
+            }
         }
-    }
-    for (auto& [name, rigid] : c.mount_sensor) {
-        const auto found = column.find("mount " + name);
-        if (found != column.end()) {
-            rigid.translation_m += Vec3<double>(step.segment<3>(found->second));
-            rigid.rotation = nearest_rotation(turn(step.segment<3>(found->second + 3), rigid.rotation));
-        }
-    }
+    };
+    move("source ", c.source_stage);
+    move("mount ", c.mount_sensor);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Pose errors of a calibrated tracker relative to a stage.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "board/host/calibration/pose_set.hpp"

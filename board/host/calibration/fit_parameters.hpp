@@ -1,9 +1,6 @@
 // Vector of the parameters that a calibration estimates, without redundancy.
 #pragma once
 
-#include <array>
-#include <string>
-
 #include "board/support/stage_errors.hpp"
 #include "core/field/general_dipole.hpp"
 

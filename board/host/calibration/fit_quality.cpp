@@ -9,9 +9,9 @@
 
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fixture_name.hpp"
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/angles.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -114,12 +114,6 @@ Eigen::VectorXd deviations(const ParameterEstimate& estimate, const SymmetricEig
 }
 
 }  // namespace
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 double unit_of(std::size_t parameter) {
     const auto k = static_cast<int>(parameter);

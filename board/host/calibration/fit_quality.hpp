@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/run/statistics.hpp"
 
 namespace tricoil::host {
 
@@ -54,7 +55,6 @@ double unit_of(std::size_t parameter);
 /// Number of free magnetic parameters of a model.
 int free_magnetic(FitModel model);
 
-double median(std::vector<double> values);
 double degrees_between(const Mat3<double>& a, const Mat3<double>& b);
 
 }  // namespace tricoil::host

@@ -4,7 +4,6 @@
 #include <ceres/normal_prior.h>
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <array>
 #include <cmath>
 
@@ -12,12 +11,12 @@
 #include "board/host/calibration/fit_quality.hpp"
 #include "board/host/calibration/pose_residual.hpp"
 #include "board/host/calibration/self_calibration.hpp"
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -249,8 +248,7 @@ private:
         estimate.jacobian = Eigen::MatrixXd::Zero(rows + free, free);
         for (std::size_t k = 0; k < poses_.size(); ++k) {
             const Linearised at = linearised(k);
-            const Eigen::Matrix<double, 9, 9> q = at.by_pose.householderQr().householderQ();
-            const Eigen::Matrix<double, 9, 3> unexplained = q.rightCols<3>();
+            const Eigen::Matrix<double, 9, 3> unexplained = orthogonal_complement(at.by_pose);
             const Eigen::Matrix<double, 9, 1> residual = unexplained * (unexplained.transpose() * at.residual);
             estimate.residuals.insert(estimate.residuals.end(), residual.data(), residual.data() + 9);
             estimate.jacobian.middleRows<9>(9 * static_cast<Index>(k)) =

@@ -14,11 +14,11 @@
 #include "board/host/calibration/grid_placement.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/self_calibration.hpp"
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -4,12 +4,11 @@
 #include <ceres/rotation.h>
 
 #include <array>
-#include <cmath>
 
 #include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
-#include "board/support/dense_algebra.hpp"
 #include "core/linear/eigen.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {

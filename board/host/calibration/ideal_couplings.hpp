@@ -1,8 +1,6 @@
 // Couplings without gains and coil angles.
 #pragma once
 
-#include <Eigen/LU>
-
 #include "core/field/general_dipole.hpp"
 
 namespace tricoil::host {

@@ -3,17 +3,16 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "board/host/calibration/self_calibration.hpp"
-#include "board/support/dense_algebra.hpp"
+#include "board/host/run/statistics.hpp"
 #include "board/support/errors.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -172,13 +171,11 @@ double update_weights(std::vector<Solved>& solved, double scale, const InitialGu
         const auto truth = true_pose(guess.source_stage, *s.pose, guess.mount_sensor[s.file]);
         errors.push_back((s.position_m / scale - truth.position_m).norm());
     }
-    std::vector<double> sorted = errors;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double median = sorted[sorted.size() / 2];
+    const double limit = 5 * median(errors) + 1e-9;
     double squares = 0;
     double count = 0;
     for (std::size_t i = 0; i < solved.size(); ++i) {
-        solved[i].weight = errors[i] < 5 * median + 1e-9 ? 1 : 0;
+        solved[i].weight = errors[i] < limit ? 1 : 0;
         squares += solved[i].weight * errors[i] * errors[i];
         count += solved[i].weight;
     }

@@ -1,7 +1,6 @@
 // Start values of a calibration: fixtures and gains in closed form from the data.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "board/host/calibration/fixtures.hpp"

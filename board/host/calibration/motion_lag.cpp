@@ -1,7 +1,5 @@
 #include "board/host/calibration/motion_lag.hpp"
 
-#include <Eigen/LU>
-
 namespace tricoil::host {
 
 void MotionLag::add(const Mat3<double>& in_phase, const Mat3<double>& quadrature, double variance, double frame_s) {

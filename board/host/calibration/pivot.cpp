@@ -1,4 +1,5 @@
 #include "board/host/calibration/pivot.hpp"
+#include "board/host/run/statistics.hpp"
 
 #include <fmt/format.h>
 
@@ -7,12 +8,11 @@
 #include <limits>
 #include <random>
 
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/linear/eigen.hpp"
-#include "core/linear/quaternion.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -80,12 +80,6 @@ Unknowns mean_gradient(const PivotPose& pose, const Vec3<double>& tip_m) {
         mean += design(wrong).transpose() * (weight_of(wrong, tip_m) * r) / 2;
     }
     return mean;
-}
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
 }
 
 /// Least median of squares: solutions of a few poses each, of which the one with the smallest median residual is kept.

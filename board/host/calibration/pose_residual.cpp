@@ -8,9 +8,9 @@
 #include <numeric>
 #include <vector>
 
-#include "board/support/dense_algebra.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/linear/eigen.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -13,7 +13,6 @@
 #include <tuple>
 #include <utility>
 
-#include "board/support/coupling_text.hpp"
 #include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"

@@ -6,11 +6,11 @@
 
 #include <cmath>
 
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -5,9 +5,9 @@
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/initial_guess.hpp"
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/linear/eigen.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {

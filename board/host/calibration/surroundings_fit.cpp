@@ -10,9 +10,9 @@
 
 #include "board/host/calibration/dipole_search.hpp"
 #include "board/host/calibration/fit_quality.hpp"
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/linear/eigen.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -1,7 +1,6 @@
 // Fits virtual dipoles to couplings at known places near metal that is at rest relative to the source.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "board/host/calibration/surroundings_residual.hpp"

@@ -2,13 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/linear/eigen.hpp"
@@ -16,12 +13,15 @@
 #include "core/signal/phase_calibration.hpp"
 #include "core/solver/direct.hpp"
 #include "core/tracking/tracker_params.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {
 
 constexpr double kMinReferenceRatio = 1.5;  // in every block, reference amplitude over that of the largest other channel
 constexpr double kMinReferenceCodes = 10;
+
+using Matrix3c = Mat3<std::complex<double>>;
 
 struct BlockColumn {
     int repeat;
@@ -113,24 +113,23 @@ std::vector<BlockColumn> demodulate(const Capture& capture, const signal::Acquis
 }
 
 /// Complex signal matrices of all repeats, each row rotated by minus the phase of its channel, so that the couplings are real.
-std::vector<Eigen::Matrix3cd> rotate_to_real(const std::vector<BlockColumn>& columns,
-                                             const std::array<double, kSensorCoils>& phases) {
-    std::map<int, Eigen::Matrix3cd> matrices;
+std::vector<Matrix3c> rotate_to_real(const std::vector<BlockColumn>& columns, const std::array<double, kSensorCoils>& phases) {
+    std::map<int, Matrix3c> matrices;
     for (const auto& [repeat, column] : columns) {
         for (Index c = 0; c < kSensorCoils; ++c) {
             const std::complex<double> z(column.in_phase(c), column.quadrature(c));
             matrices[repeat](c, coil_index(column.state)) = z * std::polar(1.0, -phases[static_cast<std::size_t>(c)]);
         }
     }
-    std::vector<Eigen::Matrix3cd> list;
+    std::vector<Matrix3c> list;
     for (const auto& [repeat, matrix] : matrices) {
         list.push_back(matrix);
     }
     return list;
 }
 
-void average(const std::vector<Eigen::Matrix3cd>& matrices, CaptureAnalysis& analysis) {
-    Eigen::Matrix3cd sum = Eigen::Matrix3cd::Zero();
+void average(const std::vector<Matrix3c>& matrices, CaptureAnalysis& analysis) {
+    Matrix3c sum = Matrix3c::Zero();
     for (const auto& matrix : matrices) {
         sum += matrix;
     }

@@ -1,13 +1,11 @@
-#include "board/host/commands/calibrate_free_motion.hpp"
-
 #include <fmt/format.h>
 
 #include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
-#include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/self_calibration.hpp"
+#include "board/host/commands/calibrations.hpp"
 #include "board/host/commands/fitted_parameters.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"

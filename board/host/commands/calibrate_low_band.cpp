@@ -1,14 +1,12 @@
-#include "board/host/commands/calibrate_low_band.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "board/host/calibration/band_ratio.hpp"
 #include "board/host/calibration/motion_lag.hpp"
+#include "board/host/commands/calibrations.hpp"
 #include "board/record/recording.hpp"
 #include "board/record/two_band_frame.hpp"
 #include "board/support/errors.hpp"

@@ -1,8 +1,4 @@
-#include "board/host/commands/calibrate_on_stage.hpp"
-
 #include <fmt/format.h>
-
-#include <Eigen/Dense>
 
 #include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/converter_fit.hpp"
@@ -10,6 +6,7 @@
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
+#include "board/host/commands/calibrations.hpp"
 #include "board/host/commands/fitted_parameters.hpp"
 #include "board/support/json_rows.hpp"
 #include "board/support/progress.hpp"

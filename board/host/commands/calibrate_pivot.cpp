@@ -1,8 +1,7 @@
-#include "board/host/commands/calibrate_pivot.hpp"
-
 #include <fmt/format.h>
 
 #include "board/host/calibration/pivot_result.hpp"
+#include "board/host/commands/calibrations.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {

@@ -1,11 +1,9 @@
-#include "board/host/commands/calibrate_surroundings.hpp"
-
 #include <fmt/format.h>
 
-#include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/surroundings_calibration.hpp"
+#include "board/host/commands/calibrations.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
 

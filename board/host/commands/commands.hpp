@@ -1,14 +1,13 @@
 // Subcommands of the `tricoil` program, one file each.
 #pragma once
 
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <system_error>
 
 #include "board/host/commands/program.hpp"
+#include "board/support/text_table.hpp"
 
 namespace tricoil::host {
 
@@ -41,18 +40,13 @@ inline std::string refuse_empty(const std::string& name) { return name.empty() ?
 
 /// Refuses a text that is not a 64-bit unsigned integer: CLI11 replaces a larger number by the maximum.
 inline std::string refuse_overflow(const std::string& text) {
-    std::uint64_t value = 0;
-    const char* const end = text.data() + text.size();
-    const auto [at, error] = std::from_chars(text.data(), end, value);
-    return error == std::errc{} && at == end ? "" : text + " is not an integer from 0 to 18446744073709551615";
+    return number_from<std::uint64_t>(text) ? "" : text + " is not an integer from 0 to 18446744073709551615";
 }
 
 /// Refuses a text that is not a finite number of seconds, 0 or more; without `zero`, above 0.
 inline std::string refuse_bad_time(const std::string& text, bool zero) {
-    double value = 0;
-    const char* const end = text.data() + text.size();
-    const auto [at, error] = std::from_chars(text.data(), end, value);
-    const bool fits = error == std::errc{} && at == end && std::isfinite(value) && (value > 0 || (zero && value == 0));
+    const double value = number_from<double>(text).value_or(-1);
+    const bool fits = std::isfinite(value) && (value > 0 || (zero && value == 0));
     return fits ? "" : text + (zero ? " is not a number of seconds, 0 or more" : " is not a positive number of seconds");
 }
 inline std::string refuse_negative_time(const std::string& text) { return refuse_bad_time(text, true); }

@@ -38,8 +38,8 @@ struct CouplingsCommand {
 };
 
 std::string refuse_bad_ratio(const std::string& text) {
-    const bool fits = refuse_overflow(text).empty() && std::stoull(text) >= 2 && std::stoull(text) <= kMaxRatio;
-    return fits ? "" : fmt::format("{} is not a whole number from 2 to {}", text, kMaxRatio);
+    const std::uint64_t ratio = number_from<std::uint64_t>(text).value_or(0);
+    return ratio >= 2 && ratio <= kMaxRatio ? "" : fmt::format("{} is not a whole number from 2 to {}", text, kMaxRatio);
 }
 
 tracking::DualRateParams params_of(const CouplingsCommand& c) {

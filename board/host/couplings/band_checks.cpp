@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <optional>
 
 #include "board/host/run/statistics.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/rotations.hpp"
-#include "core/linear/eigen.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/solver/cold_start.hpp"
 
 namespace tricoil::host {
@@ -24,10 +23,8 @@ constexpr std::size_t kMinLines = 40;  // for the check of the alignment
 constexpr double kClearer = 2;         // ratio of the unexplained powers at which another alignment is better
 constexpr double kRidge = 1e-9;
 
-using Vec9 = Eigen::Matrix<double, 9, 1>;
-using Mat9 = Eigen::Matrix<double, 9, 9>;
-
-double median(const std::vector<double>& values) { return summarise(values).median; }
+using Vec9 = Matrix<double, 9, 1>;
+using Mat9 = Matrix<double, 9, 9>;
 
 /// Pose of one line. Tries `start` first, then a cold start.
 std::optional<solver::Minimum<double>> solve(const field::GeneralDipole<double>& model, const Mat3<double>& x,
@@ -70,20 +67,20 @@ void check_poses(const BandFiles& files, const BandModels& models, const BandRec
         }
     }
     const auto require_fit = [](const std::string& path, const std::vector<double>& misfit) {
-        if (median(misfit) > kMisfit) {
+        if (summarise(misfit).median > kMisfit) {
             throw InputError(
                 fmt::format("{}: the calibration does not fit these couplings (median misfit {:.0f} %); was it made for other "
                             "coils, or are columns swapped?",
-                            path, 100 * median(misfit)));
+                            path, 100 * summarise(misfit).median));
         }
     };
     require_fit(files.high, misfit_high);
     require_fit(files.low, misfit_low);
-    if (median(position) > kPosition || median(rotation) > kRotation_rad) {
+    if (summarise(position).median > kPosition || summarise(rotation).median > kRotation_rad) {
         throw InputError(
             fmt::format("{}: its poses differ from those of {} by {:.0f} % of the range and {:.2f} rad; is the file from another "
                         "recording, or is its calibration for other coils?",
-                        files.low, files.high, 100 * median(position), median(rotation)));
+                        files.low, files.high, 100 * summarise(position).median, summarise(rotation).median));
     }
 }
 
@@ -98,16 +95,17 @@ double unexplained(const std::vector<Vec9>& high, const std::vector<Vec9>& low, 
         products += h * low[k].transpose();
         power += low[k].squaredNorm();
     }
-    squares.diagonal().array() += kRidge * squares.trace();
-    const Mat9 map = squares.ldlt().solve(products);
-    return power - map.cwiseProduct(products).sum();
+    squares.diagonal() += Vec9::Constant(kRidge * squares.trace());
+    const Cholesky<double, 9> factor(squares);
+    return factor.ok() ? power - factor.solve(products).cwiseProduct(products).sum()
+                       : power;  // not ok: the high band is constant
 }
 
 /// A low-band line is the mean over the 2 * ratio high-band lines before it.
 void check_alignment(const BandFiles& files, const BandRecording& recording) {
     std::vector<Vec9> high;
     std::vector<Vec9> low;
-    const auto vec = [](const Mat3<double>& m) { return Vec9(eigen(m).reshaped()); };
+    const auto vec = [](const Mat3<double>& m) { return Vec9(m.data()); };
     Vec9 before = Vec9::Zero();
     Vec9 sum = Vec9::Zero();
     std::optional<Vec9> last_mean;

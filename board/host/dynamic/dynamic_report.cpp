@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "core/base/angle_units.hpp"
 #include "core/geometry/rotations.hpp"
-#include "core/linear/eigen.hpp"
+#include "core/linear/cholesky.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -60,7 +58,11 @@ Vec3<double> non_negative(const Mat3<double>& normal, const Vec3<double>& right)
                 b(i) = 0;
             }
         }
-        const Vec3<double> x = eigen(m).ldlt().solve(eigen(b));
+        const Cholesky<double, 3> factor(m);
+        if (!factor.ok()) {
+            continue;  // these unknowns depend on each other; a smaller subset fits as well
+        }
+        const Vec3<double> x = factor.solve(b);
         const double cost = x.dot(normal * x) - 2 * x.dot(right);
         if (x.allFinite() && x.minCoeff() >= 0 && cost < lowest) {
             lowest = cost;

@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/rotations.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/linear/eigen.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -25,6 +25,8 @@ constexpr double kMinCorrelation = 0.7;
 constexpr double kLargestResidual = 0.5;  // relative to the spread of the tracker's positions
 constexpr int kCorrections = 13;
 constexpr double kMinTurning = 1e-3;  // eigenvalue per sample; with a smaller one the rotations are not determined
+constexpr const char* kTooFewTurns =
+    "the sensor must rotate about two axes, or world frame and mount cannot be separated; record other motion";
 
 using Corrections = Eigen::Matrix<double, kCorrections, 1>;
 
@@ -139,8 +141,7 @@ void solve_attitudes(const PoseStream& tracker, const PoseStream& reference, con
     }
     const SymmetricEigen eigen = eigen_of_symmetric(normal);
     if (eigen.values(1) < kMinTurning) {
-        throw InputError(
-            "the sensor must rotate about two axes, or world frame and mount cannot be separated; record other motion");
+        throw InputError(kTooFewTurns);
     }
     const Eigen::Matrix<double, 8, 1> v = eigen.vectors.col(0);
     alignment.q_mount = quaternion(v.head<4>()).conjugate();
@@ -160,7 +161,11 @@ void solve_positions(const PoseStream& tracker, const PoseStream& reference, con
         normal += row.transpose() * row;
         right += row.transpose() * (p.position_m - alignment.q_world * r.position_m);
     }
-    const Vec6<double> solution = eigen(normal).ldlt().solve(eigen(right));
+    const Cholesky<double, 6> factor(normal);
+    if (!factor.ok()) {
+        throw InputError(kTooFewTurns);
+    }
+    const Vec6<double> solution = factor.solve(right);
     alignment.mount_m = solution.head<3>();
     alignment.world_m = solution.tail<3>();
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <memory>
-#include <numbers>
 
 #include "board/host/figures/error_csv.hpp"
 #include "board/host/figures/figures.hpp"

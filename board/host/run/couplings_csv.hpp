@@ -32,11 +32,7 @@ private:
         Mat3<double> quadrature = Mat3<double>::Zero();
     };
 
-    void do_begin(const Settings& /*settings*/) override {}
     void do_column(const MeasuredColumn<double>& column) override;
-    void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) override {}
-    void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<double>& /*towards*/) override {}
-    void do_pose(const tracking::PoseEstimate<double>& /*estimate*/) override {}
     void end_pose();
 
     OutputFile file_;

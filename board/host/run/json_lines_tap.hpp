@@ -15,10 +15,6 @@ public:
     explicit JsonLinesTap(const ToolTips& tips) : tips_(tips) {}
 
 private:
-    void do_begin(const Settings& /*settings*/) override {}
-    void do_column(const MeasuredColumn<double>& /*column*/) override {}
-    void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) override {}
-    void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<double>& /*towards*/) override {}
     void do_pose(const tracking::PoseEstimate<double>& estimate) override {
         out_.write(served_pose_line({tips_.at_tip(estimate), begin_ + estimate.time.since_start()}));
         out_.flush();  // a reader of a run in real time gets each pose at once

@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <string>
 
 #include "board/host/run/run_score.hpp"
 

@@ -1,7 +1,6 @@
 #include "board/host/run/run_score.hpp"
 
 #include <cmath>
-#include <numbers>
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"

@@ -14,6 +14,13 @@ struct ErrorSummary {
     double max = 0;
 };
 
+/// Of a series that is not empty; the upper one of two middle values.
+inline double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
 /// All zero for an empty series. Percentiles by the nearest rank.
 inline ErrorSummary summarise(std::vector<double> errors) {
     if (errors.empty()) {

@@ -4,15 +4,14 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <sys/socket.h>
 
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <memory>
 
 #include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -42,10 +41,7 @@ TcpAddress parse_tcp_address(const std::string& option, const std::string& text)
             address.host = address.host.substr(1, address.host.size() - 2);
         }
     }
-    int port = -1;
-    const char* const end = address.port.data() + address.port.size();
-    const auto [at, error] = std::from_chars(address.port.data(), end, port);
-    if (error != std::errc{} || at != end || port < 0 || port > 65535) {
+    if (!number_from<std::uint16_t>(address.port)) {
         throw InputError(fmt::format("{} {}: needs a port number up to 65535, or ADDRESS:PORT", option, text));
     }
     return address;

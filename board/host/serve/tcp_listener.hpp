@@ -4,7 +4,6 @@
 #include <sys/socket.h>
 
 #include <chrono>
-#include <cstdint>
 #include <string>
 
 #include "drivers/posix/file_descriptor.hpp"

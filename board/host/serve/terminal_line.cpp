@@ -60,15 +60,11 @@ void make_link(const std::string& link, const std::string& name) {
 }  // namespace
 
 PseudoTerminal::PseudoTerminal(const std::string& link) {
-    master_.reset(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
-    std::array<char, 64> name{};
-    if (!master_.is_open() || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 ||
-        ::ptsname_r(master_.get(), name.data(), name.size()) != 0) {
+    drivers::FileDescriptor slave;
+    name_ = drivers::open_pseudo_terminal(master_, slave);
+    if (name_.empty()) {
         throw DeviceError("cannot open a pseudo terminal; is /dev/pts mounted?");
     }
-    name_ = name.data();
-    const drivers::FileDescriptor slave(::open(name_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
-    drivers::make_raw(slave.get());
     if (!link.empty()) {
         make_link(link, name_);
         link_ = link;

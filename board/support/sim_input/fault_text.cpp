@@ -1,6 +1,7 @@
 #include "board/support/sim_input/fault_text.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
@@ -13,17 +14,12 @@ namespace {
 using sim::Fault;
 using sim::FaultKind;
 
-[[noreturn]] void complain(const std::string& text, const std::string& what) {
-    throw InputError("fault '" + text + "': " + what);
-}
-
 double number(const std::string& field, const std::string& text) {
-    try {
-        const std::string where = "fault";
-        return parse_number(field, {where, 1});
-    } catch (const InputError&) {
-        complain(text, "'" + field + "' is not a number");
+    const auto value = number_from<double>(field);
+    if (!value || !std::isfinite(*value)) {
+        refuse_fault(text, "'" + field + "' is not a number");
     }
+    return *value;
 }
 
 /// 0-2 for a coil name that consists of `prefix` and 1-3; -1 for any other name.
@@ -50,7 +46,7 @@ void take_coils(const std::vector<std::string>& names, Fault& fault) {
 void take_arguments(const std::vector<std::string>& a, const std::string& text, Fault& fault) {
     const auto need = [&](bool ok, const char* what) {
         if (!ok) {
-            complain(text, what);
+            refuse_fault(text, what);
         }
     };
     switch (fault.kind) {
@@ -92,30 +88,38 @@ const std::vector<std::string>& fault_names() {
     return names;
 }
 
-Fault parse_fault(const std::string& text) {
+void refuse_fault(const std::string& text, const std::string& what) { throw InputError("fault '" + text + "': " + what); }
+
+FaultWords split_fault(const std::string& text) {
     const auto at = text.find('@');
     const std::string head = text.substr(0, at);
     const auto colon = head.find(':');
-    Fault fault;
-    fault.kind = static_cast<FaultKind>(index_of_name("fault", head.substr(0, colon), fault_names()));
-    std::vector<std::string> arguments;
+    FaultWords words;
+    words.name = head.substr(0, colon);
     if (colon != std::string::npos) {
         for (const auto field : split(std::string_view(head).substr(colon + 1), ',')) {
-            arguments.emplace_back(field);
+            words.arguments.emplace_back(field);
         }
     }
-    take_arguments(arguments, text, fault);
     if (at != std::string::npos) {
         const std::string window = text.substr(at + 1);
         const auto dash = window.find('-', 1);
-        fault.begin_s = number(window.substr(0, dash), text);
-        if (dash != std::string::npos) {
-            fault.end_s = number(window.substr(dash + 1), text);
-        }
-        if (!(fault.begin_s >= 0) || !(fault.end_s > fault.begin_s)) {
-            complain(text, "times must be BEGIN-END in seconds, in order");
+        words.begin_s = number(window.substr(0, dash), text);
+        words.end_s = dash == std::string::npos ? words.end_s : number(window.substr(dash + 1), text);
+        if (!(words.begin_s >= 0) || !(words.end_s > words.begin_s)) {
+            refuse_fault(text, "times must be BEGIN-END in seconds, in order");
         }
     }
+    return words;
+}
+
+Fault parse_fault(const std::string& text) {
+    const FaultWords words = split_fault(text);
+    Fault fault;
+    fault.kind = static_cast<FaultKind>(index_of_name("fault", words.name, fault_names()));
+    take_arguments(words.arguments, text, fault);
+    fault.begin_s = words.begin_s;
+    fault.end_s = words.end_s;
     return fault;
 }
 

@@ -1,7 +1,6 @@
 #include "board/support/sim_input/metal_text.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"

@@ -1,20 +1,17 @@
 #include "board/support/sim_input/peer_fault_text.hpp"
 
-#include <charconv>
-
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/text_table.hpp"
 
 namespace tricoil::host {
 namespace {
 
 std::uint32_t message_number(const std::string& text, const std::string& whole) {
-    std::uint32_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) {
-        throw InputError("fault '" + whole + "': '" + text + "' is not a message number; write NAME@FIRST-LAST");
+    if (const auto value = number_from<std::uint32_t>(text)) {
+        return *value;
     }
-    return value;
+    throw InputError("fault '" + whole + "': '" + text + "' is not a message number; write NAME@FIRST-LAST");
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"

@@ -1,7 +1,5 @@
 #include "board/support/sim_input/trajectory_file.hpp"
 
-#include <Eigen/SVD>
-
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 
@@ -12,28 +10,31 @@ constexpr double kOrthonormalTolerance = 0.02;  // recorders print six digits, s
 constexpr std::size_t kMinPoses = 8;
 constexpr int kRows = 4;
 
+using Row = Matrix<double, 1, kRows>;
+using Homogeneous = Matrix<double, kRows, kRows>;
+
 bool is_blank(const std::string& line) { return line.find_first_not_of(" \t") == std::string::npos; }
 
-Eigen::RowVector4d parse_row(const std::string& line, const TextPlace& place) {
+Row parse_row(const std::string& line, const TextPlace& place) {
     const auto fields = split(line, ' ');
     if (fields.size() != kRows) {
         throw InputError(place.str() + ": " + std::to_string(fields.size()) + " numbers; a row of a 4x4 matrix has 4");
     }
-    Eigen::RowVector4d row;
+    Row row;
     for (int i = 0; i < kRows; ++i) {
         row(i) = parse_number(fields[static_cast<std::size_t>(i)], place);
     }
     return row;
 }
 
-sim::Pose to_pose(const Eigen::Matrix4d& matrix, const TextPlace& place) {
+sim::Pose to_pose(const Homogeneous& matrix, const TextPlace& place) {
     const Mat3<double> rotation = matrix.topLeftCorner<3, 3>();
     const double off = (rotation.transpose() * rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
     if (off > kOrthonormalTolerance || rotation.determinant() < 0) {
         throw InputError(place.str() +
                          ": the matrix that ends here is not a rotation (its axes are not orthonormal and right-handed)");
     }
-    if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
+    if (matrix.row(3) != Row(0, 0, 0, 1)) {
         throw InputError(place.str() + ": the last row of a homogeneous matrix must be 0 0 0 1");
     }
     return {matrix.topRightCorner<3, 1>(), Quat<double>(rotation).normalized()};
@@ -44,7 +45,7 @@ sim::Pose to_pose(const Eigen::Matrix4d& matrix, const TextPlace& place) {
 std::vector<sim::Pose> read_trajectory(const std::string& path) {
     const auto lines = read_lines(path);
     std::vector<sim::Pose> poses;
-    Eigen::Matrix4d matrix;
+    Homogeneous matrix;
     int row = 0;
     for (std::size_t i = 0; i < lines.size(); ++i) {
         const TextPlace place{path, i + 1};

@@ -182,23 +182,13 @@ Mat6<double> DualBandTracker::covariance_for(double sigma, const PoseEstimate<do
     return solver::pose_covariance<double>(strength(estimate), range_m, estimate.position_m / range_m, sigma);
 }
 
-/// States as in MatrixTracker, for the poses of this tracker.
 void DualBandTracker::count(PoseEstimate<double>& estimate, DeviceTime time) {
+    const bool valid = estimate.valid();
     estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
-    if (estimate.valid()) {
-        counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
-        state_ = TrackerState::tracking;
-        last_valid_ = time;
-    } else {
-        ++counters_.invalid_poses;
-        const Microseconds age = time - last_valid_;
-        if (state_ == TrackerState::tracking && age > params_.lost_after) {
-            state_ = TrackerState::lost;
-        }
-        if (state_ == TrackerState::lost && age > params_.search_after) {
-            state_ = TrackerState::searching;
-        }
-    }
+    counters_.invalid_poses += valid ? 0U : 1U;
+    counters_.acquisitions += valid && state_ != TrackerState::tracking ? 1U : 0U;
+    state_ = next_state(state_, valid, time - last_valid_, params_);
+    last_valid_ = valid ? time : last_valid_;
     estimate.state = state_;
 }
 

@@ -6,7 +6,6 @@
 #include "core/geometry/quaternion_sign.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/solver/cold_start.hpp"
-#include "core/tracking/dual_band/pose_information.hpp"
 
 namespace tricoil::tracking {
 namespace {

@@ -324,27 +324,20 @@ void MatrixTracker<Scalar>::forget_column_motion() {
     curvatures_ = {};
 }
 
-/// searching -> tracking on a valid pose; tracking -> lost after lost_after without one; lost -> searching after search_after.
 template <typename Scalar>
 void MatrixTracker<Scalar>::advance(bool valid, DeviceTime time) {
-    if (valid) {
-        counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
-        state_ = TrackerState::tracking;
-        last_valid_ = time;
-        return;
-    }
-    motion_.clear();
-    const Microseconds age = time - last_valid_;
-    if (state_ == TrackerState::tracking && age > params_.lost_after) {
-        state_ = TrackerState::lost;
-    }
-    if (state_ == TrackerState::lost && age > params_.search_after) {
-        state_ = TrackerState::searching;
-        has_last_ = false;
+    counters_.acquisitions += valid && state_ != TrackerState::tracking ? 1U : 0U;
+    state_ = next_state(state_, valid, time - last_valid_, params_);
+    last_valid_ = valid ? time : last_valid_;
+    if (!valid) {
+        motion_.clear();
+        has_last_ = has_last_ && state_ != TrackerState::searching;
     }
 }
 
+#if TRICOIL_FLOAT_TRACKERS
 template class MatrixTracker<float>;
+#endif
 #if TRICOIL_DOUBLE
 template class MatrixTracker<double>;
 #endif

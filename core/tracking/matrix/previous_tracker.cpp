@@ -51,7 +51,9 @@ void PreviousTracker<Scalar>::do_follow(const Pose& pose, bool is_step) {
     }
 }
 
+#if TRICOIL_FLOAT_TRACKERS
 template class PreviousTracker<float>;
+#endif
 #if TRICOIL_DOUBLE
 template class PreviousTracker<double>;
 #endif

@@ -1,7 +1,6 @@
 // Interface between filter and field model, and its implementation for the concentric dipole.
 #pragma once
 
-#include <cmath>
 #include <concepts>
 
 #include "core/base/status.hpp"

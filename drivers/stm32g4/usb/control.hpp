@@ -1,8 +1,6 @@
 // Control requests on endpoint 0 and their answers, without registers.
 #pragma once
 
-#include <array>
-
 #include "drivers/stm32g4/usb/descriptors.hpp"
 
 namespace tricoil::stm32g4::usb {

@@ -1,10 +1,10 @@
 #include "sim/virtual_board/coils/eddy_response.hpp"
 
-#include <Eigen/QR>
-
 #include <cmath>
 #include <complex>
 #include <numbers>
+
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::virtual_board {
 namespace {
@@ -34,7 +34,7 @@ EddyResponse::EddyResponse() {
             basis(k + tones, static_cast<Index>(p + 1)) = response.imag();
         }
     }
-    inverse_ = basis.completeOrthogonalDecomposition().pseudoInverse();
+    inverse_ = pseudo_inverse(basis);
 }
 
 EddyResponse::Terms EddyResponse::fit(const std::vector<sim::ComplexMat3>& fields) const {

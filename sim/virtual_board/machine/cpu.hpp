@@ -1,10 +1,8 @@
 // Cortex-M4F: Unicorn runs the instructions; this class handles the exceptions (ARMv7-M B1.5).
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>

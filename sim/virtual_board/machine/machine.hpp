@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "sim/virtual_board/machine/cpu.hpp"
 

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 
 #include "sim/virtual_board/machine/peripheral.hpp"
 

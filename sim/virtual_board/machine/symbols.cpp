@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <span>
 #include <stdexcept>
 
 namespace tricoil::virtual_board {

@@ -1,12 +1,11 @@
 #include "sim/world/metal/cylinder.hpp"
 
-#include <Eigen/LU>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/linear/eigen.hpp"
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::sim {
 namespace {
@@ -140,7 +139,7 @@ void CylinderBody::do_tune(const std::vector<double>& frequencies_hz) {
         const Complex c = b * b * response.along / (4 * step);
         Eigen::MatrixXcd system = c * (differences * potential_).cast<Complex>();
         system.diagonal().array() += 1.0;
-        tones_.push_back({b * b * step / 2 * response.across, -c * system.partialPivLu().solve(differences.cast<Complex>())});
+        tones_.push_back({b * b * step / 2 * response.across, -c * solve(system, differences.cast<Complex>())});
     }
 }
 

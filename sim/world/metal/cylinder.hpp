@@ -1,9 +1,8 @@
 // Rod or tube: eddy currents and magnetisation, along and across the axis.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
-#include <array>
 #include <complex>
 #include <vector>
 

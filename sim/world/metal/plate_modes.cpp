@@ -1,10 +1,10 @@
 #include "sim/world/metal/plate_modes.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include <array>
 #include <cmath>
 #include <functional>
+
+#include "sim/dense_algebra.hpp"
 
 namespace tricoil::sim {
 namespace {
@@ -61,8 +61,7 @@ Eigen::MatrixXd quarter(const Interaction& interaction, int count, double parity
 }
 
 /// Modes of all parities. `solve` returns, for the two interactions of a parity, values and vectors with v^T B v = 1.
-template <typename Solve>
-PlateModes all_modes(const Interaction& a, const Interaction& b, int count, const Solve& solve) {
+PlateModes all_modes(const Interaction& a, const Interaction& b, int count, decltype(eigen_of_pair)& solve) {
     const int half = count / 2;
     const Eigen::Index part = half * half;
     PlateModes modes{Eigen::MatrixXd(count * count, count * count), Eigen::VectorXd(count * count)};
@@ -123,10 +122,8 @@ CurrentModes::CurrentModes(double width_m, double height_m, int count) {
         const double squares_y = dy / dx;
         return x + y == 0 ? 2 * (squares_x + squares_y) : x + y > 1 ? 0.0 : y == 1 ? -squares_x : -squares_y;
     };
-    modes = all_modes(resistance, inductance, count, [](const Eigen::MatrixXd& r, const Eigen::MatrixXd& l) {
-        const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(r, l);
-        return std::pair(Eigen::VectorXd(solver.eigenvalues().cwiseInverse()), Eigen::MatrixXd(solver.eigenvectors()));
-    });
+    modes = all_modes(resistance, inductance, count, eigen_of_pair);
+    modes.values = modes.values.cwiseInverse().eval();
 }
 
 PoleModes::PoleModes(double width_m, double height_m, int count) {
@@ -147,10 +144,7 @@ PoleModes::PoleModes(double width_m, double height_m, int count) {
         const int sides_y = (j > 0 ? 1 : 0) + (j + 1 < count ? 1 : 0);
         return sides_x * link_x + sides_y * link_y;
     };
-    modes = all_modes(links, potential, count, [](const Eigen::MatrixXd& k, const Eigen::MatrixXd& p) {
-        const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(k, p, Eigen::ABx_lx);
-        return std::pair(Eigen::VectorXd(solver.eigenvalues()), Eigen::MatrixXd(solver.eigenvectors()));
-    });
+    modes = all_modes(links, potential, count, eigen_of_product);
 }
 
 }  // namespace tricoil::sim

@@ -1,7 +1,7 @@
 // Modes of currents and of magnetisation in a thin rectangular plate, for all frequencies and metals at once.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 namespace tricoil::sim {
 

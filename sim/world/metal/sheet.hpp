@@ -1,7 +1,7 @@
 // Thin rectangular sheet: eddy currents and magnetisation.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include <complex>
 #include <vector>

@@ -1,14 +1,13 @@
 // Comma-separated arguments of a FASTRAK command.
 #pragma once
 
-#include <charconv>
 #include <cmath>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include "board/host/serve/fastrak/records.hpp"
+#include "board/support/text_table.hpp"
 
 namespace tricoil::host::fastrak {
 
@@ -66,9 +65,8 @@ public:
             return std::nullopt;
         }
         text.remove_prefix(text.front() == '+' ? 1 : 0);
-        double value = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+        const auto value = number_from<double>(text);
+        if (!value || !std::isfinite(*value)) {
             refuse(n, CommandError::not_numeric);
         }
         return value;

@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-
 #include "board/host/serve/fastrak/session.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/terminal_line.hpp"
 #include "board/host/serve/terminal_service.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
 
 namespace tricoil::host::fastrak {
 namespace {
@@ -28,9 +27,8 @@ SerialPlace parse_serial(const std::string& text) {
     const auto colon = text.rfind(':');
     if (colon != std::string::npos) {
         place.path = text.substr(0, colon);
-        const char* const end = text.data() + text.size();
-        place.baud = 0;
-        if (std::from_chars(text.data() + colon + 1, end, place.baud).ptr != end || !is_baud(place.baud)) {
+        place.baud = number_from<int>(std::string_view(text).substr(colon + 1)).value_or(0);
+        if (!is_baud(place.baud)) {
             throw InputError(fmt::format(
                 "{} serial:{}: the speed must be 2400, 4800, 9600, 19200, 38400, 57600, 115200 or 230400", kOption, text));
         }

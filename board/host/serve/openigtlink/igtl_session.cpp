@@ -3,7 +3,6 @@
 #include <igtl_util.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <vector>
 
 namespace tricoil::host::igtl_output {

@@ -1,7 +1,6 @@
 #include "board/host/serve/web/pose_event.hpp"
 
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "board/host/serve/web/compact_pose.hpp"
 #include "board/pose_text/flag_names.hpp"
