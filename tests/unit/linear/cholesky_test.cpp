@@ -45,7 +45,9 @@ TYPED_TEST(LinearCholesky, CholeskySolvesLikeEigen) {
         }
         EXPECT_EQ((Cholesky<Scalar, 6>(lower).solve(root)), (Cholesky<Scalar, 6>(definite).solve(root)));
     }
-    for (const auto& a : {Mat3<Scalar>::Zero(), Mat3<Scalar>::Ones(), Mat3<Scalar>::Constant(-1)}) {
+    const Mat3<Scalar> last_pivot_is_zero = Vec3<Scalar>(1, 1, 0).asDiagonal();
+    for (const auto& a : {Mat3<Scalar>::Zero(), Mat3<Scalar>::Ones(), Mat3<Scalar>::Constant(-1), last_pivot_is_zero}) {
+        EXPECT_FALSE(CholeskyOracle(oracle(a)).ok);
         EXPECT_FALSE((Cholesky<Scalar, 3>(a).ok()));
     }
     for (Index entry = 0; entry < 3; ++entry) {

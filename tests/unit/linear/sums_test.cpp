@@ -29,7 +29,9 @@ protected:
                 expect_near(a * b, ea * oracle(b), absolute * oracle(b).cwiseAbs());
             }
             for (const auto& b : this->template any<Rows, Columns>()) {
+                const Matrix<Scalar, Rows, Columns, Order::by_rows> rows = b;
                 expect_close(a.dot(b), ea.dot(oracle(b)), absolute.dot(oracle(b).cwiseAbs()));
+                expect_close(a.dot(rows), ea.dot(oracle(b)), absolute.dot(oracle(b).cwiseAbs()));
             }
             if (a.squaredNorm() < Limits::min() && !a.isZero(0)) {
                 continue;  // squares underflow, in double at a smaller size
