@@ -35,7 +35,10 @@ Eigen::MatrixXcd solve(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 
 // Fits: dense_algebra_fit.cpp.
 
-/// Least-squares solution X of A X = B with minimum norm.
+/// Moore-Penrose inverse; the rank is that of rounded numbers.
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
+
+/// Least-squares solution X of A X = B with minimum norm. Singular directions below 1e-10 of the largest count as zero.
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 /// Orthonormal basis of the vectors that are orthogonal to all columns of a matrix of full column rank.

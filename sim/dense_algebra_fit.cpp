@@ -8,6 +8,10 @@
 
 namespace tricoil {
 
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) {
+    return Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(a).pseudoInverse();
+}
+
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
     constexpr double kRankTolerance =
         1e-10;  // rotations of a stage are read with five decimals, so rounding must not increase the rank

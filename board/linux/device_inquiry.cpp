@@ -274,8 +274,7 @@ RawBurst DeviceInquiry::read_block(Excitation state) {
 }
 
 void DeviceInquiry::order(const char* what, Opcode opcode, std::uint32_t argument) {
-    inquire(
-        what, opcode, [&] { command(opcode, Excitation::off, argument); }, {});
+    inquire(what, opcode, [&] { command(opcode, Excitation::off, argument); }, {});
 }
 
 void DeviceInquiry::boresight() {

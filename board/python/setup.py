@@ -18,7 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 WHEEL = os.environ.get("TRICOIL_WHEEL")
 BUILD = pathlib.Path(WHEEL or ROOT / "build" / f"pip-{sys.implementation.cache_tag}")
 MODULE = "tricoil._tricoil"
-ABSENT = ["WEB"]  # its build needs npm
+ABSENT = ["WEB"]  # its build needs the network
 if WHEEL:
     ABSENT += ["GPIO", "USB", "OPENIGTLINK", "OSC", "MAT", "CALIBRATION", "VIRTUAL_BOARD"]
 SYSTEM_LIBRARIES = re.compile(r"(linux-vdso|ld-linux[-\w]*|lib(c|m|gcc_s|stdc\+\+))\.so\b")

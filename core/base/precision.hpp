@@ -1,4 +1,4 @@
-// Precisions in which the core is compiled, besides those that all builds have: demodulator and filter for concentric coils in float.
+// Precisions in which the core is compiled. All builds have the demodulator and the filter for concentric coils in float.
 #pragma once
 
 /// Double. Boards without TRICOIL_WHOLE_CORE turn it off, because nothing there uses it.

@@ -8,7 +8,7 @@
 namespace tricoil::sim {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kTurn_rad = 2 * std::numbers::pi;
 
 /// Integral from 0 to t of offset + a sin(a t).
 double integrated_rate(double a, double offset, double t) { return offset * t + 1 - std::cos(a * t); }
@@ -16,14 +16,14 @@ double integrated_rate(double a, double offset, double t) { return offset * t + 
 }  // namespace
 
 LineMotion::LineMotion(const Pose& centre, const Vec3<double>& amplitude_m, double rate_hz)
-    : centre_(centre), amplitude_m_(amplitude_m), rate_rad_s_(kTurn * rate_hz) {}
+    : centre_(centre), amplitude_m_(amplitude_m), rate_rad_s_(kTurn_rad * rate_hz) {}
 
 Pose LineMotion::do_at(double time_s) const {
     return {centre_.position_m + amplitude_m_ * std::sin(rate_rad_s_ * time_s), centre_.q_source_sensor};
 }
 
 CircleMotion::CircleMotion(const Vec3<double>& centre_m, double radius_m, double rate_hz)
-    : centre_m_(centre_m), radius_m_(radius_m), rate_rad_s_(kTurn * rate_hz) {}
+    : centre_m_(centre_m), radius_m_(radius_m), rate_rad_s_(kTurn_rad * rate_hz) {}
 
 Pose CircleMotion::do_at(double time_s) const {
     const double angle = rate_rad_s_ * time_s;
@@ -32,7 +32,7 @@ Pose CircleMotion::do_at(double time_s) const {
 }
 
 Pose PivotMotion::do_at(double time_s) const {
-    const double angle = kTurn * params_.rate_hz * time_s;
+    const double angle = kTurn_rad * params_.rate_hz * time_s;
     const Vec3<double> share(std::sin(angle), std::sin(1.618 * angle), std::sin(0.618 * angle));
     const Quat<double> q = params_.q_mean * geometry::rotation_vector_to_quaternion<double>(params_.tilt_rad.cwiseProduct(share));
     return {params_.pivot_m - q * params_.tip_m, q};
@@ -82,7 +82,7 @@ HandMotion::HandMotion(const Vec3<double>& centre_m, std::uint64_t seed) : centr
             // Rates are spread evenly over the band on a log scale; amplitudes fall with the rate, as in hand motion.
             const double rate_hz = 0.2 * std::pow(12.5, (static_cast<double>(n) + unit(random)) / kSines);
             const double share = amplitude / std::sqrt(1 + rate_hz * rate_hz);
-            sines[n] = {share * (2 * random_vector() - Vec3<double>::Ones()), kTurn * random_vector(), kTurn * rate_hz};
+            sines[n] = {share * (2 * random_vector() - Vec3<double>::Ones()), kTurn_rad * random_vector(), kTurn_rad * rate_hz};
         }
     };
     fill(position_, 0.18);  // m

@@ -33,7 +33,9 @@ TREE = {
     "middle/m.cpp": '#include "low/a.hpp"\n#include <vector>\nint m() { return 1; }\n',
     "high/h.cpp": '#include "middle/m.hpp"\nint h() { return 1; }\n',
     "high/sub/s.cpp": "int s() { return 1; }\n",
-    **{f"{folder}/README.md": "x\n" for folder in ("low", "low/pair", "middle", "high", "high/sub")},
+    "README.md": "`low/`, `middle/`, `high/`\n",
+    "low/README.md": "`pair/`\n",
+    "high/README.md": "`sub/`\n",
 }
 
 PROJECT = """
@@ -82,9 +84,9 @@ class MadeUpTree(unittest.TestCase):
         self.assert_breach(self.check(), "cycle: high/x.hpp includes high/sub/y.hpp, high/sub/y.hpp includes high/x.hpp")
 
     def test_cycle_of_three_is_reported(self):
+        self.write("high/README.md", "`sub/`, `p/`, `q/`, `r/`\n")
         for a, b in (("p", "q"), ("q", "r"), ("r", "p")):
             self.write(f"high/{a}/x.hpp", f'#include "high/{b}/x.hpp"\n')
-            self.write(f"high/{a}/README.md", "x\n")
         self.assert_breach(self.check(), "cycle: high/p/x.hpp includes high/q/x.hpp, high/q/x.hpp includes high/r/x.hpp")
 
     def test_cycle_through_a_supplied_header_is_reported(self):
@@ -113,7 +115,7 @@ class MadeUpTree(unittest.TestCase):
 
     def test_folder_without_an_entry_is_reported(self):
         self.write("middle/new/n.hpp", "")
-        self.write("middle/new/README.md", "x\n")
+        self.write("middle/README.md", "`new/`\n")
         self.assert_breach(self.check(), "middle/new: has no entry in the rules")
 
     def test_hosted_header_is_reported(self):
@@ -152,9 +154,13 @@ class MadeUpTree(unittest.TestCase):
         done = self.check()
         self.assertEqual(done.returncode, 0, done.stdout)
 
-    def test_missing_readme_is_reported(self):
-        (self.root / "high/sub/README.md").unlink()
-        self.assert_breach(self.check(), "high/sub: has no README.md")
+    def test_folder_that_its_parent_does_not_name_is_reported(self):
+        self.write("high/README.md", "x\n")
+        self.assert_breach(self.check(), "high/sub: high/README.md does not name `sub/`")
+
+    def test_missing_page_of_a_parent_is_reported(self):
+        (self.root / "high/README.md").unlink()
+        self.assert_breach(self.check(), "high/sub: high/README.md does not name `sub/`")
 
     def test_targets_of_one_folder_or_subtree_pass(self):
         build = self.configure("add_library(m middle/m.cpp)\nadd_library(h high/h.cpp high/sub/s.cpp)\n")

@@ -28,7 +28,7 @@ GAIN_PER_K = 14e-6      # each preamplifier: two ratios of 10 ppm/K resistors
 EXPANSION_PER_K = 14e-6  # formers of glass-fibre epoxy, diameter
 CABLE_PER_K = 1e-3      # capacitance of the sensor's cable
 COPPER_PER_K = 3.9e-3
-GAIN_STEP = 0.77e-3     # error of one gain step as measured at boot: RMS of 12 simulated converters (ACCURACY.md)
+GAIN_STEP = 0.77e-3     # error of one gain step as measured at boot: RMS of 12 simulated converters (circuits/README.md)
 USED_STEPS = 6          # between 0.3 and 1.2 m, the ranges of the calibration
 
 

@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <filesystem>
-#include <regex>
 
 #include "tests/cli/cli_runner.hpp"
 
@@ -17,11 +17,11 @@ using ::testing::Not;
 std::vector<std::string> command_names() {
     std::vector<std::string> names;
     std::istringstream lines(tricoil("--help").out);
-    const std::regex row("  ([a-z]+) +[A-Z].*");
     for (std::string line; std::getline(lines, line);) {
-        std::smatch match;
-        if (std::regex_match(line, match, row)) {
-            names.push_back(match[1]);
+        const auto end = line.find_first_not_of("abcdefghijklmnopqrstuvwxyz", 2);
+        const auto text = line.find_first_not_of(' ', end);
+        if (line.starts_with("  ") && end > 2 && text > end && text < line.size() && std::isupper(line[text]) != 0) {
+            names.push_back(line.substr(2, end - 2));
         }
     }
     return names;
@@ -29,15 +29,22 @@ std::vector<std::string> command_names() {
 
 std::vector<std::string> options_in(const std::string& help) {
     std::vector<std::string> options;
-    const std::regex row("  (--[a-z0-9-]+).*");
     std::istringstream lines(help);
     for (std::string line; std::getline(lines, line);) {
-        std::smatch match;
-        if (std::regex_match(line, match, row)) {
-            options.push_back(match[1]);
+        if (line.starts_with("  --")) {
+            options.push_back(line.substr(2, line.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-", 2) - 2));
         }
     }
     return options;
+}
+
+/// As in a manual page.
+std::string escaped(const std::string& option) {
+    std::string text;
+    for (const char c : option) {
+        text += c == '-' ? "\\-" : std::string(1, c);
+    }
+    return text;
 }
 
 TEST(Help, WithoutArgumentsItIsTheOverview) {
@@ -79,8 +86,7 @@ TEST(Help, OfUnknownCommandsNamesTheNearest) {
 
 TEST(Help, VersionHasTheCommit) {
     const std::string version = tricoil("--version").out;
-    EXPECT_TRUE(std::regex_match(version, std::regex("tricoil \\d+\\.\\d+\\.\\d+( \\([0-9a-f]{12}(, modified)?\\))?\n")))
-        << version;
+    EXPECT_THAT(version, ::testing::MatchesRegex("tricoil [0-9]+\\.[0-9]+\\.[0-9]+( \\([0-9a-f]{12}(, modified)?\\))?\n"));
 }
 
 TEST(Manual, APageForEachCommandWithItsOptions) {
@@ -97,7 +103,7 @@ TEST(Manual, APageForEachCommandWithItsOptions) {
         const std::string page = read_file(folder + "/tricoil-" + name + ".1");
         EXPECT_THAT(page, HasSubstr(".SH EXAMPLES\n")) << name;
         for (const std::string& option : options_in(tricoil(name + " --help").out)) {
-            EXPECT_THAT(page, HasSubstr(std::regex_replace(".B " + option, std::regex("-"), "\\-"))) << name;
+            EXPECT_THAT(page, HasSubstr(".B " + escaped(option))) << name;
         }
     }
     EXPECT_THAT(read_file(folder + "/tricoil-device.1"), HasSubstr(".B \\-\\-repeats N\n"));

@@ -18,7 +18,8 @@
 namespace tricoil::test {
 namespace {
 
-/// Starts a run of 100,000 simulated seconds, interrupts it after the CSV file has begun to grow, and returns its exit code.
+/// Starts a run of 100,000 simulated seconds, interrupts it after its CSV file has begun to grow, aside, and returns its exit
+/// code.
 int interrupt_run(int signal, const std::string& csv, const std::string& out) {
     const pid_t child = fork();
     if (child == 0) {
@@ -26,13 +27,14 @@ int interrupt_run(int signal, const std::string& csv, const std::string& out) {
         execl(TRICOIL_PROGRAM, TRICOIL_PROGRAM, "run", "--json", "--duration", "100000", "--out", csv.c_str(), nullptr);
         _exit(127);
     }
-    for (int i = 0; i < 1000; ++i) {
-        std::error_code error;
-        if (std::filesystem::file_size(csv, error) > 10'000 && !error) {
-            break;
-        }
+    const std::string aside = csv + ".part-" + std::to_string(child);
+    std::error_code error;
+    std::uintmax_t size = 0;
+    for (int i = 0; i < 1000 && (error || size < 10'000); ++i) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        size = std::filesystem::file_size(aside, error);
     }
+    EXPECT_FALSE(error) << aside;
     kill(child, signal);
     int status = 0;
     waitpid(child, &status, 0);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Rows of the tables in README.md and board/ACCURACY.md must agree with the tables of the pages from which they come.
+"""Rows of the tables in README.md must agree with the tables of the pages from which they come.
 
   accuracy_test.py [PAGE...]
 
@@ -45,7 +45,7 @@ def check(page):
 
 
 def main():
-    pages = sys.argv[1:] or [os.path.join(ROOT, page) for page in ("README.md", "board/ACCURACY.md")]
+    pages = sys.argv[1:] or [os.path.join(ROOT, "README.md")]
     counts, errors = zip(*map(check, pages))
     wrong = sum(errors, [])
     print("\n".join(wrong) if wrong else f"{sum(counts)} rows in {len(pages)} pages, all as in the pages that own them")

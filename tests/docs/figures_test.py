@@ -3,8 +3,8 @@
 
   figures_test.py
 
-Every number in the text of PAGES must be in an entry. Not in text: code, links, and tables that other tests compare (rows of a page:
-accuracy_test.py; `table NAME`: tests/circuits; TESTED_TABLES).
+Every number in the text of PAGES must be in an entry. Not in text: code, links, tables that other tests compare (rows of a page:
+accuracy_test.py; `table NAME`: tests/circuits; TESTED_TABLES), and tables that name the program that prints them (`printed by PATH`).
 """
 import ast
 import csv
@@ -43,7 +43,7 @@ def text_of(page):
     def blank(match):
         return " " * len(match[0])
     text = re.sub(r"```.*?```", blank, read(page), flags=re.S)
-    text = re.sub(r"<!-- rows of .*? -->\n(\|.*\n)+", blank, text)
+    text = re.sub(r"<!-- (?:rows of|printed by) .*? -->\n(\|.*\n)+", blank, text)
     text = re.sub(r"<!-- table .*?<!-- end -->", blank, text, flags=re.S)
     for head in TESTED_TABLES:
         text = re.sub(rf"^{re.escape(head)}.*\n(\|.*\n)+", blank, text, flags=re.M)
@@ -115,6 +115,12 @@ def errors_of(entry, page, sources):
         yield f"{page}: \"{entry['text']}\": has {', '.join(found)}, must have {', '.join(f'{figure:.6g}' for figure in wanted)}"
 
 
+def missing_programs(page):
+    for path in re.findall(r"<!-- printed by (.*?) -->", read(page)):
+        if not os.path.exists(os.path.join(ROOT, path)):
+            yield f"{page}: no program {path}"
+
+
 def uncovered(page, entries):
     """Numbers in the text of a page that no entry contains."""
     text = text_of(page)
@@ -132,7 +138,7 @@ def main():
     entries = tomllib.loads(read("tests/docs/figures.toml"))
     sources = Sources()
     errors = [error for page, list_of in entries.items() for entry in list_of for error in errors_of(entry, page, sources)]
-    errors += [error for page in PAGES for error in uncovered(page, entries[page])]
+    errors += [error for page in PAGES for error in (*uncovered(page, entries[page]), *missing_programs(page))]
     print("\n".join(errors) if errors else f"{sum(len(numbers(entry['text'])) for list_of in entries.values() for entry in list_of)} figures in "
           f"{len(entries)} pages, all as in their sources")
     sys.exit(1 if errors else 0)

@@ -7,11 +7,10 @@ import os
 import re
 
 ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-PAGES = ["README.md", "board/host/GETTING-STARTED.md", "board/qemu_an386/GETTING-STARTED.md", "core/selfcheck/GETTING-STARTED.md",
-         "core/error_model/FOR-RESEARCHERS.md", "board/host/serve/FOR-INTEGRATORS.md", "board/host/serve/USE-FROM.md", "drivers/FOR-HARDWARE-BUILDERS.md",
-         "board/host/couplings/METAL-IN-RECORDINGS.md", "board/host/calibration/SURROUNDINGS.md", "board/python/README.md", "board/ACCURACY.md", "board/ARCHITECTURE.md", "board/SECURITY.md",
-         "toolchain/package/INSTALL.md", "toolchain/container/README.md", "board/virtual_board/README.md", ".github/CONTRIBUTING.md", "board/nucleo_g474re/HARDWARE.md",
-         *(f"board/nucleo_g474re/circuits/{name}.md" for name in ("README", "POWER-STAGE", "ENABLE", "PREAMPLIFIER", "ACCURACY", "SAFETY"))]
+PAGES = ["README.md", "board/host/GETTING-STARTED.md", "core/error_model/FOR-RESEARCHERS.md", "board/host/serve/FOR-INTEGRATORS.md", "board/host/serve/USE-FROM.md", "drivers/FOR-HARDWARE-BUILDERS.md",
+         "core/tracking/METAL.md", "board/python/README.md", "board/ACCURACY.md", "board/ARCHITECTURE.md", "board/SECURITY.md",
+         "toolchain/package/INSTALL.md", "board/virtual_board/README.md", ".github/CONTRIBUTING.md", "board/nucleo_g474re/HARDWARE.md",
+         *(f"board/nucleo_g474re/circuits/{name}.md" for name in ("README", "POWER-STAGE", "ENABLE", "PREAMPLIFIER", "SAFETY"))]
 NOT_RUN = {"hardware": "needs a device", "root": "needs root", "browser": "needs a browser", "build": "builds or installs",
            "long": "takes minutes"}
 

@@ -26,8 +26,12 @@ void drain(int client) {
 }
 
 /// No page is permitted, so an accepted request has no origin.
-void check_handshake(std::string_view head) {
-    const auto answer = host::websocket::answer_handshake(head, {});
+void check_handshake(std::string_view received) {
+    const auto head = host::web::read_head(received);
+    if (!head) {
+        return;
+    }
+    const auto answer = host::websocket::answer_handshake(*head, {});
     const bool is_whole = answer.text.starts_with("HTTP/1.1 ") && answer.text.find("\r\n\r\n") != std::string::npos;
     if (!is_whole || answer.accepted != answer.text.starts_with("HTTP/1.1 101 ")) {
         std::abort();

@@ -1,4 +1,4 @@
-"""The examples for ROS 2 and Lab Streaming Layer, with stand-ins for the modules of both (stand_ins/README.md)."""
+"""The examples for ROS 2 and Lab Streaming Layer, with stand-ins for the modules of both (stand_ins/)."""
 
 import json
 import os

@@ -86,20 +86,6 @@ TEST(PoseHub, KeepsTheNewestForLaterReaders) {
     EXPECT_FALSE(hub.newest()[0].pose.valid());
 }
 
-TEST(PoseHub, WaitsForPosesUntilClosed) {
-    PoseHub hub;
-    PoseHub::Cursor cursor = hub.cursor();
-    std::vector<ServedPose> poses;
-    EXPECT_FALSE(hub.wait(cursor, poses, std::chrono::milliseconds(1)));
-    std::thread tracker([&] { hub.pose(numbered(1)); });
-    EXPECT_TRUE(hub.wait(cursor, poses, std::chrono::seconds(10)));
-    tracker.join();
-    std::thread end([&] { hub.close(); });
-    poses.clear();
-    EXPECT_FALSE(hub.wait(cursor, poses, std::chrono::seconds(10)));
-    end.join();
-}
-
 TEST(SilenceWatch, FlagsASilentSensorOnce) {
     constexpr UtcTime kNow = utc_time_us(1'000'000);
     SilenceWatch watch;

@@ -1,4 +1,4 @@
-// Reduced head of an HTTP request, as the HTTP library receives it.
+// Head of an HTTP request, and answers.
 #include "board/host/serve/web/request_head.hpp"
 
 #include <gmock/gmock.h>
@@ -9,27 +9,54 @@
 namespace tricoil::host::web {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::Not;
+using ::testing::Pair;
+using ::testing::StartsWith;
 
-TEST(RequestHead, HoldsOnlyTheFieldsThatThePageNeeds) {
-    const RequestHead head = reduced_head(
+RequestHead head_of(std::string_view received) { return read_head(received).value(); }
+
+TEST(RequestHead, HoldsOnlyTheFieldsThatTheServerNeeds) {
+    const RequestHead head = head_of(
         "GET / HTTP/1.1\r\nHost: localhost:80\r\nRange: bytes=0-99999999\r\nAccept-Encoding: gzip\r\nExpect: 100-continue\r\n"
         "REMOTE_ADDR: 127.0.0.1\r\nX-Forwarded-For: ,\r\nContent-Length: 7\r\nAUTHORIZATION:  Bearer x \r\n\r\n");
     EXPECT_EQ(head.refusal, 0) << head.reason;
-    EXPECT_EQ(head.text, "GET / HTTP/1.1\r\nhost: localhost:80\r\nauthorization: Bearer x\r\n\r\n");
+    EXPECT_EQ(head.method + head.path, "GET/");
+    EXPECT_THAT(head.fields,
+                ElementsAre(Pair("authorization", "Bearer x"), Pair("content-length", "7"), Pair("host", "localhost:80")));
+    EXPECT_EQ(head.content, 0U);  // of a GET: it has no effect
+    EXPECT_TRUE(head.takes_chunks);
+    EXPECT_FALSE(head.is_upgrade);
 }
 
-TEST(RequestHead, APostKeepsItsBodysTypeAndLength) {
-    const RequestHead head =
-        reduced_head("POST /control HTTP/1.1\r\nContent-Type: application/json\r\nContent-Length: 7\r\n\r\n");
-    EXPECT_EQ(head.text, "POST /control HTTP/1.1\r\ncontent-type: application/json\r\ncontent-length: 7\r\n\r\n");
+TEST(RequestHead, APostHasContent) {
+    const RequestHead head = head_of("POST /control HTTP/1.0\r\nContent-Type: application/json\r\nContent-Length: 7\r\n\r\n");
+    EXPECT_EQ(head.content, 7U);
+    EXPECT_EQ(head.field("content-type"), "application/json");
+    EXPECT_FALSE(head.takes_chunks);
 }
 
-TEST(RequestHead, AFormIsNotPassedOnAsOne) {
-    const RequestHead head =
-        reduced_head("POST / HTTP/1.1\r\nContent-Type: multipart/form-data; boundary=x\r\nContent-Length: 7\r\n\r\n");
-    EXPECT_EQ(head.text, "POST / HTTP/1.1\r\ncontent-length: 7\r\n\r\n");
+TEST(RequestHead, ThePathIsDecodedAndHasNoQuery) {
+    const auto path_of = [](const std::string& target) { return head_of("GET " + target + " HTTP/1.1\r\n\r\n").path; };
+    EXPECT_EQ(path_of("/%73tream?x=/y"), "/stream");
+    EXPECT_EQ(path_of("/%C3%a4"), "/\xc3\xa4");
+    for (const char* target : {"/%", "/%4", "/%4g", "/%%", "/%-1", "/%+1", "/%0x41", "/% "}) {
+        EXPECT_NE(path_of(target), "/A") << target;
+    }
+    EXPECT_EQ(path_of("/%4%41%4"), "/%4A%4");
+}
+
+TEST(RequestHead, AnUpgradeNeedsBothOfItsFields) {
+    const auto is_upgrade = [](const std::string& line, const std::string& fields) {
+        return head_of(line + "\r\n" + fields + "\r\n").is_upgrade;
+    };
+    const std::string both = "Upgrade: x, WebSocket\r\nConnection: keep-alive, Upgrade\r\n";
+    EXPECT_TRUE(is_upgrade("GET / HTTP/1.1", both));
+    EXPECT_FALSE(is_upgrade("HEAD / HTTP/1.1", both));
+    EXPECT_FALSE(is_upgrade("GET / HTTP/1.0", both));
+    EXPECT_FALSE(is_upgrade("GET / HTTP/1.1", "Upgrade: websocket\r\n"));
+    EXPECT_FALSE(is_upgrade("GET / HTTP/1.1", "Upgrade: websockets\r\nConnection: Upgrade\r\n"));
+    EXPECT_FALSE(is_upgrade("GET / HTTP/1.1", "Upgrade: websocket\r\nConnection: keep-alive\r\n"));
 }
 
 TEST(RequestHead, MalformedRequestsAreRefused) {
@@ -40,23 +67,42 @@ TEST(RequestHead, MalformedRequestsAreRefused) {
         {"GET http://x/ HTTP/1.1\r\n\r\n", 400},
         {"GET / x HTTP/1.1\r\n\r\n", 400},
         {"GET /\n HTTP/1.1\r\n\r\n", 400},
-        {"GET / HTTP/2\r\n\r\n", 505},
+        {"GET /\x7f HTTP/1.1\r\n\r\n", 400},
+        {"GET /\xc3\xa4 HTTP/1.1\r\n\r\n", 400},
+        {"GET / HTTP/2\r\n\r\n", 400},
+        {"GET / HTTP/2.0\r\n\r\n", 400},
         {"PUT / HTTP/1.1\r\n\r\n", 405},
+        {"get / HTTP/1.1\r\n\r\n", 405},
         {"GET /" + std::string(256, 'x') + " HTTP/1.1\r\n\r\n", 414},
         {"GET / HTTP/1.1\r\nno colon\r\n\r\n", 400},
         {"GET / HTTP/1.1\r\nHost: a\r\n folded\r\n\r\n", 400},
+        {"GET / HTTP/1.1\r\nOther: a\r\n\tfolded\r\n\r\n", 400},
         {"GET / HTTP/1.1\r\nHost : a\r\n\r\n", 400},
         {"GET / HTTP/1.1\r\nHost: a\nX: b\r\n\r\n", 400},
+        {"GET / HTTP/1.1\r\nHost: a\rX: b\r\n\r\n", 400},
+        {"GET / HTTP/1.1\r\nHost: \xc3\xa4\r\n\r\n", 400},
         {"GET / HTTP/1.1\r\nHost: a\r\nhost: b\r\n\r\n", 400},
+        {"GET / HTTP/1.1\r\nHost:\r\nhost: a\r\n\r\n", 400},
+        {"GET / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n", 501},
         {"POST / HTTP/1.1\r\n\r\n", 411},
         {"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n", 501},
+        {"POST / HTTP/1.1\r\nTransfer-Encoding: gzip\r\nContent-Length: 7\r\n\r\n", 501},
+        {"POST / HTTP/1.1\r\nContent-Length: 7\r\nTransfer-Encoding: chunked\r\n\r\n", 400},
+        {"POST / HTTP/1.1\r\nContent-Length:\r\n\r\n", 400},
         {"POST / HTTP/1.1\r\nContent-Length: -1\r\n\r\n", 400},
+        {"POST / HTTP/1.1\r\nContent-Length: 0x1\r\n\r\n", 400},
+        {"POST / HTTP/1.1\r\nContent-Length: 7\r\nContent-Length: 7\r\n\r\n", 400},
+        {"POST / HTTP/1.1\r\nContent-Length: 7, 7\r\n\r\n", 400},
+        {"POST / HTTP/1.1\r\nContent-Length: 1025\r\n\r\n", 413},
         {"POST / HTTP/1.1\r\nContent-Length: 99999999999999999999\r\n\r\n", 400},
+        {"GET / HTTP/1.1\r\nOther: " + std::string(kLongestHead, 'x'), 431},
+        {std::string(kLongestHead, 'G'), 431},
     };
     for (const auto& [text, status] : requests) {
-        const RequestHead head = reduced_head(text);
+        const RequestHead head = head_of(text);
         EXPECT_EQ(head.refusal, status) << text;
-        EXPECT_THAT(refusal_answer(head), HasSubstr("HTTP/1.1 " + std::to_string(status))) << text;
+        EXPECT_THAT(head.reason, ::testing::Not(::testing::IsEmpty())) << text;
+        EXPECT_THAT(answer(head.refusal, head.reason), StartsWith("HTTP/1.1 " + std::to_string(status) + ' ')) << text;
     }
 }
 
@@ -69,13 +115,35 @@ TEST(RequestHead, AnyBytesGiveARefusalOrAWellFormedHead) {
         for (unsigned change = 0; change < random() % 4; ++change) {
             text[random() % text.size()] = static_cast<char>(random());
         }
-        const RequestHead head = reduced_head(text);
-        accepted += head.refusal == 0 ? 1 : 0;
-        EXPECT_EQ(head.refusal == 0, head.text.ends_with("\r\n\r\n") && head.reason.empty());
-        EXPECT_THAT(head.text, Not(HasSubstr("ange")));
+        const auto head = read_head(text);
+        if (!head) {
+            continue;
+        }
+        accepted += head->refusal == 0 ? 1 : 0;
+        EXPECT_EQ(head->refusal == 0, head->path.starts_with('/') && head->reason.empty());
+        EXPECT_LE(head->content, kLongestContent);
+        EXPECT_EQ(head->fields.count("range"), 0U);
     }
     EXPECT_GT(accepted, 5000);
     EXPECT_LT(accepted, 19'000);
+}
+
+TEST(RequestHead, EndsWithAnEmptyLine) {
+    const std::string head = "POST / HTTP/1.1\r\nContent-Length: 6\r\n\r\n";
+    for (std::size_t size = 0; size < head.size(); ++size) {
+        EXPECT_FALSE(read_head(head.substr(0, size)).has_value()) << size;
+    }
+    EXPECT_EQ(head_of(head).size, head.size());
+    EXPECT_EQ(head_of(head + " \r\n\r\n more").size, head.size());
+}
+
+TEST(HttpAnswer, IsCompleteAndOneObject) {
+    EXPECT_THAT(
+        answer(404, "no \"such\"\r\npage"),
+        ::testing::AllOf(StartsWith("HTTP/1.1 404 Not Found\r\nConnection: close\r\n"), HasSubstr("\r\nContent-Length: 32\r\n"),
+                         ::testing::EndsWith("\r\n\r\n{\"answer\":\"no \\\"such\\\"\\r\\npage\"}")));
+    EXPECT_EQ(as_piece("0123456789abcdef", true), "10\r\n0123456789abcdef\r\n");
+    EXPECT_EQ(as_piece("0123", false) + last_piece(false), "0123");
 }
 
 }  // namespace

@@ -15,7 +15,6 @@
 
 #include "board/host/serve/tcp_listener.hpp"
 #include "board/host/serve/web/own_name.hpp"
-#include "board/host/serve/web/page_text.hpp"
 #include "board/support/errors.hpp"
 #include "tests/serve/serving.hpp"
 
@@ -176,16 +175,6 @@ TEST(OwnName, IsANumericAddressOrTheGivenName) {
     EXPECT_TRUE(is_own("tracker.local:8080", "tracker.local:8080", 8080));
     EXPECT_FALSE(is_own("tracker.local:8080", "0.0.0.0:8080", 8080));
     EXPECT_FALSE(is_own("", "0.0.0.0:80", 80));
-}
-
-TEST(Page, HasNoPartBeyondItsEnd) {
-    constexpr std::string_view kMemory = "page and more";
-    constexpr std::string_view kText = kMemory.substr(0, 4);
-    EXPECT_EQ(web::part_of(kText, 0, 4), "page");
-    EXPECT_EQ(web::part_of(kText, 1, 2), "ag");
-    EXPECT_EQ(web::part_of(kText, 2, 99'999'999), "ge");
-    EXPECT_EQ(web::part_of(kText, 4, 1), "");
-    EXPECT_EQ(web::part_of(kText, 99'999'999, 1), "");
 }
 
 TEST(TcpListener, PortInUseIsReported) {

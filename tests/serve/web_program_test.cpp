@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <thread>
 
 #include "tests/serve/serving.hpp"
 
@@ -10,6 +11,7 @@ namespace tricoil::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 /// Complete answer to a GET of the page with one additional header field.
 std::string get_page_with(std::uint16_t port, const std::string& field) {
@@ -33,6 +35,35 @@ TEST(ServePage, ARangeGivesThePageAndNothingBeyondIt) {
          {std::string("Range: bytes=0-99999999"), std::string("Range: bytes=99999999-"), std::string("Range: bytes=-99999999"),
           std::string("rAnGe: bytes=9223372036854775807-"), many}) {
         EXPECT_TRUE(get_page_with(serving.port("web"), range) == whole) << range.substr(0, 40);
+    }
+}
+
+TEST(ServePage, ARequestInPiecesAndFurtherOnesGetOneAnswer) {
+    const Serving serving({"--web", "0", "--scenario", "still"});
+    const std::uint16_t port = serving.port("web");
+    const std::string whole = get_page_with(port, "Accept: text/html");
+    const std::string request = "GET / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n";
+    const int client = connect_to(port);
+    for (const char byte : request) {
+        EXPECT_EQ(write(client, &byte, 1), 1);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    (void)send(client, (request + request).data(), 2 * request.size(), MSG_NOSIGNAL);
+    EXPECT_TRUE(read_for(client, std::chrono::seconds(20)) == whole);
+    close(client);
+}
+
+TEST(ServePage, AHeadRequestGetsTheHeadOnly) {
+    const Serving serving({"--web", "0", "--scenario", "still", "--open-controls"});
+    for (const char* path : {"/", "/stream", "/recordings", "/recordings/none", "/nothing"}) {
+        const int client = connect_to(serving.port("web"));
+        const std::string request =
+            std::string("HEAD ") + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(serving.port("web")) + "\r\n\r\n";
+        EXPECT_EQ(write(client, request.data(), request.size()), static_cast<ssize_t>(request.size()));
+        const std::string answer = read_for(client, std::chrono::seconds(10));
+        EXPECT_THAT(answer, StartsWith("HTTP/1.1 ")) << path;
+        EXPECT_EQ(answer.find("\r\n\r\n"), answer.size() - 4) << path;
+        close(client);
     }
 }
 

@@ -105,8 +105,12 @@ private:
     std::string bytes_;
 };
 
+host::websocket::HandshakeAnswer answer_to(const std::string& request, const std::vector<std::string>& origins) {
+    return host::websocket::answer_handshake(host::web::read_head(request).value(), origins);
+}
+
 TEST(WebSocket, HandshakeOfTheStandard) {
-    const auto answer = host::websocket::answer_handshake(upgrade(), {});
+    const auto answer = answer_to(upgrade(), {});
     EXPECT_TRUE(answer.accepted);
     EXPECT_THAT(answer.text, StartsWith("HTTP/1.1 101 "));
     EXPECT_THAT(answer.text, HasSubstr("\r\nSec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n"));  // RFC 6455, 1.3
@@ -125,15 +129,14 @@ TEST(WebSocket, RefusesOtherRequestsAndOtherPages) {
         {upgrade("Origin: http://localhost:30000\r\n"), "HTTP/1.1 403 "},
     };
     for (const auto& [request, status] : requests) {
-        const auto answer = host::websocket::answer_handshake(request, {"http://localhost:3000"});
+        const auto answer = answer_to(request, {"http://localhost:3000"});
         EXPECT_FALSE(answer.accepted) << request;
         EXPECT_THAT(answer.text, StartsWith(status)) << request;
     }
     std::string old = upgrade();
     old.replace(old.find("13"), 2, "8");
-    EXPECT_THAT(host::websocket::answer_handshake(old, {}).text, HasSubstr("\r\nSec-WebSocket-Version: 13\r\n"));
-    EXPECT_TRUE(
-        host::websocket::answer_handshake(upgrade("Origin: http://localhost:3000\r\n"), {"http://localhost:3000"}).accepted);
+    EXPECT_THAT(answer_to(old, {}).text, HasSubstr("\r\nSec-WebSocket-Version: 13\r\n"));
+    EXPECT_TRUE(answer_to(upgrade("Origin: http://localhost:3000\r\n"), {"http://localhost:3000"}).accepted);
 }
 
 TEST(WebSocket, OriginsAreWrittenAsBrowsersSendThem) {

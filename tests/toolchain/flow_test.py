@@ -283,32 +283,38 @@ class Build(FakeMachine):
 
 
 class ParallelJobs(FakeMachine):
-    def jobs(self, available_mb, group=None):
+    def jobs(self, available_mb, group=None, total_mb=9000):
         meminfo = self.folder / "meminfo"
-        meminfo.write_text(f"MemTotal: 9000000 kB\nMemAvailable: {available_mb * 1024} kB\n")
+        meminfo.write_text(f"MemTotal: {total_mb * 1024} kB\nMemAvailable: {available_mb * 1024} kB\n")
         folder = self.folder / "group"
         folder.mkdir(exist_ok=True)
         for name, text in (group or {"memory.max": "max"}).items():
             (folder / name).write_text(f"{text}\n")
         return self.run_script("parallel-jobs", meminfo, folder)
 
-    def test_one_per_processor_and_700_mb(self):
+    def test_one_per_processor_and_what_a_compiler_needs(self):
         self.replace("nproc", "echo 4")
-        for available_mb, jobs in ((800, 1), (1399, 1), (1400, 2), (2000, 2), (2800, 4), (64000, 4)):
+        for available_mb, jobs in ((1300, 1), (2399, 1), (2400, 2), (4800, 4), (64000, 4)):
             done = self.jobs(available_mb)
             self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"{jobs}\n", ""), available_mb)
+
+    def test_a_compiler_needs_less_on_a_small_machine(self):
+        self.replace("nproc", "echo 4")
+        for available_mb, jobs in ((800, 1), (1399, 1), (1400, 2), (2800, 4)):
+            self.assertEqual(self.jobs(available_mb, total_mb=3900).stdout, f"{jobs}\n", available_mb)
 
     def test_too_little_memory(self):
         done = self.jobs(300)
         self.assertEqual(done.stdout, "1\n")
-        self.assertIn("300 MB of memory are free and one compiler needs up to 700", done.stderr)
+        self.assertIn("300 MB of memory are free and one compiler needs up to 1200", done.stderr)
         self.assertEqual(len(done.stderr.splitlines()), 1)
 
     def test_container(self):
         self.replace("nproc", "echo 4")
         mb = 1 << 20
         group = {"memory.max": 2000 * mb, "memory.current": 900 * mb, "memory.stat": f"anon 5\ninactive_file {400 * mb}"}
-        self.assertEqual(self.jobs(64000, group).stdout, "2\n")  # 1,500 MB
+        self.assertEqual(self.jobs(64000, group).stdout, "1\n")  # 1,500 MB
+        self.assertEqual(self.jobs(3000, group, total_mb=3900).stdout, "2\n")
         self.assertEqual(self.jobs(800, group).stdout, "1\n")
 
 

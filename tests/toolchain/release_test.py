@@ -19,7 +19,7 @@ class Release(FakeMachine):
             found = subprocess.run(["bash", "-c", f"type -P {name}"], capture_output=True, text=True).stdout.strip()
             (self.programs / name).symlink_to(found)
         self.replace("toolchain/install-deps", 'echo "install $*" >>"$CALLS"')
-        self.replace("toolchain/npm-packages", "true")
+        self.replace("toolchain/page-libraries", "true")
         self.replace("nproc", "echo 1")
         self.write("CMakeLists.txt", "project(tricoil VERSION 1.2.3 LANGUAGES CXX)\n")
         self.write("toolchain/package/changelog", CHANGELOG.format("1.2.3", "unstable"))

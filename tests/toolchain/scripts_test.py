@@ -9,7 +9,7 @@ from fake_machine import FakeMachine
 
 
 class Cache(FakeMachine):
-    SCRIPTS = (("npm-packages", "web"), ("uml/build-kernel",), ("vm/prepare",), ("test-kernel",))
+    SCRIPTS = (("npm-packages",), ("page-libraries",), ("uml/build-kernel",), ("vm/prepare",), ("test-kernel",))
 
     def test_cannot_be_written(self):
         for command in self.SCRIPTS:
@@ -22,6 +22,7 @@ class Cache(FakeMachine):
         self.replace("df", "echo Avail; echo 3")
         self.replace("npm", "exit 1")
         self.fails("npm-packages", status=3, naming="has 3 MB of free space and needs")
+        self.fails("page-libraries", status=3, naming="has 3 MB of free space and needs")
         self.fails("uml/build-kernel", status=3, naming="has 3 MB of free space and needs")
 
 
@@ -30,18 +31,47 @@ class NpmPackages(FakeMachine):
         return [path for path in (self.cache / "tricoil/npm").glob("*") if path.is_dir()]
 
     def test_no_npm(self):
-        self.fails("npm-packages", "web", status=3, naming="no npm; run toolchain/install-deps")
+        self.fails("npm-packages", status=3, naming="no npm; run toolchain/install-deps")
 
     def test_half_installed_is_not_taken_for_installed(self):
         self.replace("npm", 'mkdir -p "$3/node_modules/three"; touch "$3/node_modules/three/package.json"; echo "npm ERR! code network down"; exit 1')
-        self.fails("npm-packages", "web", status=3, naming="network down")
+        self.fails("npm-packages", status=3, naming="network down")
         self.assertEqual(self.installed(), [])
         self.replace("npm", 'mkdir -p "$3/node_modules/three"')
-        done = self.run_script("npm-packages", "web")
+        done = self.run_script("npm-packages")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual([str(path) for path in self.installed()], [done.stdout.strip()])
         self.replace("npm", "exit 1")  # must not be called again
-        self.assertEqual(self.run_script("npm-packages", "web").stdout, done.stdout)
+        self.assertEqual(self.run_script("npm-packages").stdout, done.stdout)
+
+
+class PageLibraries(FakeMachine):
+    """A registry in a folder; other contents than those that the script expects."""
+
+    def setUp(self):
+        super().setUp()
+        self.registry = self.folder / "registry"
+
+    def answer(self, content):
+        path = self.registry / "three/-/three-0.187.0.tgz"
+        path.parent.mkdir(parents=True)
+        path.write_bytes(content)
+
+    def fails_with(self, reason):
+        self.fails("page-libraries", status=3, naming=reason, NPM_CONFIG_REGISTRY=f"file://{self.registry}")
+        self.assertEqual([path for path in (self.cache / "tricoil/page").glob("*") if path.name not in ("lock", "part")], [])
+
+    def test_no_network(self):
+        self.fails_with("cannot download file://")
+
+    def test_another_content_is_refused(self):
+        self.answer(b"not the library")
+        self.fails_with("three-0.187.0.tgz has another SHA-512 than expected")
+
+    def test_unknown_processor(self):
+        path = self.root / "toolchain/page-libraries"
+        path.write_text(path.read_text().replace("platform.machine()", "'vax'"))
+        self.fails_with("no bundler for the processor vax; configure with -DTRICOIL_WITH_WEB=OFF")
 
 
 class BuildKernel(FakeMachine):
@@ -95,10 +125,10 @@ class InstallDeps(FakeMachine):
         self.assertIn("libelf-dev", packages)
         self.assertEqual(len(packages), len(set(packages)))
 
-    def test_no_web_needs_no_npm(self):
+    def test_only_tests_need_npm(self):
         self.replace("apt-get", "true")
-        self.assertIn(" npm", self.run_script("install-deps", "run").stdout)
-        self.assertNotIn(" npm", self.run_script("install-deps", "run", "--no-web").stdout)
+        self.assertNotIn(" npm", self.run_script("install-deps", "run").stdout)
+        self.assertIn(" npm", self.run_script("install-deps", "test").stdout)
 
 
 class CheckStyle(FakeMachine):

@@ -77,7 +77,7 @@ const double kChance = 1 + 2 / std::sqrt(2.0 * 3 * kBoards);
 constexpr int kGoalCm = 75;
 constexpr double kGoalMm = 0.2;  // from all causes together
 
-/// Prints the table of circuits/ACCURACY.md. TDM is compared with the budget. Noise: at most 30 % above; the budget is for the
+/// Prints the table of board/ACCURACY.md. TDM is compared with the budget. Noise: at most 30 % above; the budget is for the
 /// largest possible coupling, so drive or gain may be one step of 2 higher and the noise half as large. Noise and offset
 /// together: the budget with corrected converters and gain steps, and the goal at 0.75 m.
 TEST(Accuracy, StillSensorOfDrawnBoards) {

@@ -112,8 +112,8 @@ tricoil_component(CAN "devices on CAN FD" HEADER linux/can/raw.h linux-libc-dev)
 tricoil_component(USB "devices on USB" PKG_CONFIG libusb-1.0 libusb-1.0-0-dev)
 tricoil_component(OPENIGTLINK "server and files of OpenIGTLink" CONFIG OpenIGTLink libopenigtlink-dev)
 tricoil_component(OSC "Open Sound Control" PKG_CONFIG liblo liblo-dev)
-tricoil_component(WEB "live page and WebSocket" CONFIG wslay libwslay-dev PKG_CONFIG cpp-httplib libcpp-httplib-dev
-  CONFIG OpenSSL libssl-dev PROGRAM npm npm)
+tricoil_component(WEB "live page and WebSocket" CONFIG wslay libwslay-dev HEADER boost/beast/http/parser.hpp libboost-dev
+  CONFIG OpenSSL libssl-dev PROGRAM python3 python3)
 # Without the module of pkg-config: it links HDF5 too, which only the library needs.
 tricoil_component(MAT "files for MATLAB and Octave" HEADER matio.h libmatio-dev LIBRARY matio libmatio-dev)
 tricoil_component(CALIBRATION "tricoil calibrate and evaluate" CONFIG Ceres libceres-dev)

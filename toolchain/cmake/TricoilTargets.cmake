@@ -27,10 +27,6 @@ endif()
 # (FAST, FREESTANDING) at -O2. Images: see toolchain/cmake/arm-none-eabi.cmake.
 if(NOT CMAKE_CROSSCOMPILING)
   string(REPLACE "-O3" "-O1" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")
-  # From GCC 13, -O2 sets this option and -O1 ignores it. Both need it to share precompiled headers.
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13 AND CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
-    add_compile_options(-munroll-only-small-loops)
-  endif()
 endif()
 
 # Host: every library can become part of a shared library. Symbols are hidden, so calls within a program cost nothing more; libraries and
@@ -47,8 +43,19 @@ set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 add_library(tricoil_options INTERFACE)
 target_compile_options(tricoil_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wdouble-promotion -Wconversion -Wno-sign-conversion)
 target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
-# GCC collects garbage less often: 10 % less processor time, up to 0.6 GB of memory per compiler process.
-target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-expand=200$<SEMICOLON>--param=ggc-min-heapsize=600000>)
+# GCC collects garbage rarely: less processor time, up to 1.2 GB of memory per compiler. With little memory (TRICOIL_SMALL_MEMORY) it
+# collects often, and UnitSizes.cmake makes units smaller: 700 MB, a third more processor time. The programs are the same.
+cmake_host_system_information(RESULT memory_mb QUERY TOTAL_PHYSICAL_MEMORY)
+set(small_memory OFF)
+if(memory_mb LESS 4000)
+  set(small_memory ON)
+endif()
+option(TRICOIL_SMALL_MEMORY "Compile with at most 700 MB per compiler; ON by default below 4 GB of memory" ${small_memory})
+set(collection --param=ggc-min-expand=200 --param=ggc-min-heapsize=600000)
+if(TRICOIL_SMALL_MEMORY)
+  set(collection --param=ggc-min-expand=20 --param=ggc-min-heapsize=380000)
+endif()
+target_compile_options(tricoil_options INTERFACE "$<$<CXX_COMPILER_ID:GNU>:${collection}>")
 if(TRICOIL_SANITIZE)
   # Checks of null and alignment cost a third of the compile time. The address sanitizer reports null pointers too, and the fuzzers check
   # the alignment in all readers. Instrumented code makes GCC warn of uninitialised values in Eigen that are none.
@@ -110,5 +117,9 @@ function(tricoil_library name)
   endif()
   if((ARG_FREESTANDING OR ARG_FAST) AND NOT CMAKE_CROSSCOMPILING)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O2>)
+    # From GCC 13, units at -O2 cannot use headers precompiled at -O1.
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13)
+      set_target_properties(${name} PROPERTIES DISABLE_PRECOMPILE_HEADERS ON)
+    endif()
   endif()
 endfunction()

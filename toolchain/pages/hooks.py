@@ -1,4 +1,4 @@
-"""Hooks of mkdocs: the README of every folder in the navigation; GitHub's Markdown as Python-Markdown reads it."""
+"""Hooks of mkdocs: the READMEs of folders in the navigation; GitHub's Markdown as Python-Markdown reads it."""
 import os
 import re
 

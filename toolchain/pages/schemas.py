@@ -55,7 +55,7 @@ def page(program):
     parts = ["# JSON and CSV\n\nUnits are in the names: `_m`, `_mm`, `_rad`, `_deg`, `_us`, `_s`. Quaternions have the order w x y z and convert "
              "sensor components to source components. `null`: not available. Examples are of one run; a list of objects shows its first object.\n\n"
              "Files of recordings: [board/record](../board/record/README.md). Couplings of two bands: "
-             "[Metal in recordings](../board/host/couplings/METAL-IN-RECORDINGS.md).\n"]
+             "[Recordings of two bands](../core/tracking/METAL.md#recordings-of-two-bands).\n"]
     parts += [json_section(program, title, words) for title, words in JSON_COMMANDS.items()]
     parts += [csv_section(program, title, words) for title, words in CSV_FILES.items()]
     return "\n".join(parts)

@@ -11,7 +11,8 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/demo/key_press.hpp"
 #include "board/host/demo/tour.hpp"
-#include "board/host/serve/web/web_server.hpp"
+#include "board/host/serve/server.hpp"
+#include "board/host/serve/web/page_output.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
@@ -101,18 +102,20 @@ int run_tour(const DemoCommand& command) {
     const InterruptGuard guard;
     TrackerControl control;
     RecordingSwitch recordings("", {});
-    PoseHub hub;
-    StylusButton button([] {});
-    const web::WebServer page(parse_tcp_address("--web", command.web), {Controls::none, "", {}}, hub, control, recordings,
-                              button);
+    Server server;
+    PoseHub& hub = server.hub();
+    web::Output page = web::make_output(parse_tcp_address("--web", command.web), {Controls::none, "", {}}, hub, control,
+                                        recordings, server.button());
+    server.add(std::move(page.service));
+    server.start();
     KeyPress keys;
     const double step_s = command.step_s > 0 || keys.possible() ? command.step_s : kStepWithoutKeys_s;
-    print_now(command.json ? Json{{"web", page.url()}}.dump() + "\n"
-                           : fmt::format("live page: {}\n{}\n", page.url(),
+    print_now(command.json ? Json{{"web", page.url}}.dump() + "\n"
+                           : fmt::format("live page: {}\n{}\n", page.url,
                                          step_s > 0 ? fmt::format("{} s for each step; Ctrl-C ends the tour", step_s)
                                                     : "any key: next step; q: end"));
     if (!command.no_browser && keys.possible()) {
-        open_browser(page.url());
+        open_browser(page.url);
     }
     Pacer pacer(guard, keys, step_s);
     const auto steps = tour_steps();
@@ -127,7 +130,7 @@ int run_tour(const DemoCommand& command) {
         const Json result = step_result(steps[n], score);
         print_now(command.json ? result.dump() + "\n" : step_text(result));
     }
-    hub.close();
+    server.stop();
     if (!command.json) {
         print_text("\nThe live page of your own run: {} serve --web 8080\n", command.program);
     }

@@ -32,7 +32,7 @@
 #include "board/pose_text/osc/osc_bundle.hpp"
 #endif
 #ifdef TRICOIL_WITH_WEB
-#include "board/host/serve/web/web_server.hpp"
+#include "board/host/serve/web/page_output.hpp"
 #include "board/host/serve/websocket/handshake.hpp"
 #include "board/host/serve/websocket/session.hpp"
 #endif
@@ -223,6 +223,21 @@ void publish_link(const ServeCommand& command, const std::string& link, Addresse
         addresses["web_controls"] = link;
     }
 }
+
+void add_page(const ServeCommand& command, const Access& access, Server& server, TrackerControl& control,
+              RecordingSwitch& recordings, Addresses& addresses) {
+    if (command.web.empty()) {
+        return;
+    }
+    const TcpAddress address = parse_tcp_address("--web", command.web);
+    auto page = web::make_output(address, access, server.hub(), control, recordings, server.button());
+    server.add_apart(std::move(page.service));
+    warn_of_exposure("--web", address, access.controls);
+    addresses["web"] = page.url;
+    publish_link(command, page.control_url, addresses);
+}
+#else
+void add_page(const ServeCommand&, const Access&, Server&, TrackerControl&, RecordingSwitch&, Addresses&) {}
 #endif
 
 /// Passes the clients' requests to the running loop. A request for an unknown sensor, or with a number that is not finite, has no
@@ -293,23 +308,14 @@ int run_serve(const ServeCommand& command) {
     check_components(command);
     refuse_fixed_method(command.run->options.tracker);
     TrackerControl control;
+    RecordingSwitch recordings(command.record_folder, source_of(*command.run));
     Server server;
     server.hub().set_tips(ToolTips(command.run->options.output.tips));
     Addresses addresses;
     const Access access = access_of(command);
     add_outputs(command, access.controls, server, control, addresses);
     add_button(command, server);
-    RecordingSwitch recordings(command.record_folder, source_of(*command.run));
-#ifdef TRICOIL_WITH_WEB
-    std::optional<web::WebServer> page;
-    if (!command.web.empty()) {
-        const TcpAddress address = parse_tcp_address("--web", command.web);
-        page.emplace(address, access, server.hub(), control, recordings, server.button());
-        warn_of_exposure("--web", address, access.controls);
-        addresses["web"] = page->url();
-        publish_link(command, page->control_url(), addresses);
-    }
-#endif
+    add_page(command, access, server, control, recordings, addresses);
     const bool to_standard_output = prints_poses(command);
     if (addresses.empty() && !to_standard_output) {
         throw InputError("serve: no output; add --fastrak, --openigtlink, --json-lines, --websocket, --osc or --web");

@@ -72,9 +72,16 @@ std::string dbc_file() {
 /// Beginning of the page. Arguments: version, longest message.
 constexpr const char* kIntroduction = R"(# Wire protocol, version {}
 
-Generated from `schema.hpp` by `tricoil protocol`; do not edit. Numbers are little-endian; physical value = scale x number. Every
-message begins with the version (1 byte) and its type (1 byte), then sequence and time. A number outside the range of its field
-makes the message invalid. Messages with an unknown version or type are refused and counted.
+Generated from `schema.hpp` by `tricoil protocol`; do not edit. Numbers are little-endian; physical value = scale x number. A number
+outside the range of its field makes the message invalid; without a range, that of the type holds. Messages with an unknown version
+or type are refused and counted. Every message begins with the same fields:
+
+| byte | field | type | scale | unit | range | |
+|---|---|---|---|---|---|---|
+| 0 | version | u8 | 1 | | | of the protocol |
+| 1 | type | u8 | 1 | | | number in the heading of the message |
+| 2 | sequence | u32 | 1 | | | counts the sender's messages of this type |
+| 6 | time | i64 | 1e-06 | s | 0 to 9.2e+12 | device time; middle of the window |
 
 - CAN FD: one message per frame, standard identifier 0x100 + 16 type + node (0-15), padded with zeros to the next CAN FD length.
   Longer messages use ISO 15765-2 segments: 0x1E0 + node from the device, 0x1F0 + node from the host; at most {} bytes.
@@ -103,6 +110,38 @@ A tracker board executes loader, and stores a calibration, only after a press of
 answers `ack` refused with the argument 1.
 )";
 
+/// A row of a message's table. An empty range is that of the type.
+std::string row(const std::string& bytes, const std::string& names, const FieldInfo& f) {
+    const bool any = f.low == lowest(f.type) && f.high == highest(f.type);
+    return fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", bytes, names, name_of(f.type), f.scale, f.unit,
+                       any ? "" : fmt::format("{:.6g} to {:.6g}", f.scale * f.low, f.scale * f.high), f.what);
+}
+
+/// Rows of a message's own fields. The elements of a field share a row.
+template <typename Schema>
+std::string rows_of(Schema schema) {
+    constexpr std::size_t kStampEnd = 14;  // kIntroduction describes the fields before it
+    std::string rows;
+    std::string bytes;
+    std::string names;
+    const FieldInfo* field = nullptr;
+    protocol::for_each_field(schema, [&](const char* name, const FieldInfo& f, std::size_t at) {
+        if (at < kStampEnd) {
+            return;
+        }
+        if (field == &f) {
+            bytes += fmt::format(", {}", at);
+            names += fmt::format(", {}", name);
+            return;
+        }
+        rows += field != nullptr ? row(bytes, names, *field) : "";
+        field = &f;
+        bytes = fmt::format("{}", at);
+        names = name;
+    });
+    return rows + row(bytes, names, *field);
+}
+
 std::string protocol_page() {
     std::string page = fmt::format(kIntroduction, protocol::kNewestVersion, protocol::kMaxMessageBytes);
     protocol::for_each_message([&](auto schema) {
@@ -113,10 +152,7 @@ std::string protocol_page() {
             "|\n|---|---|---|---|---|---|---|\n",
             schema.kInfo.name, static_cast<int>(schema.kInfo.type), schema.kInfo.from, schema.kInfo.what,
             schema.kInfo.tail_unit > 0 ? fmt::format("; {} bytes and a tail", bytes) : fmt::format("; {} bytes", bytes));
-        protocol::for_each_field(schema, [&](const char* name, const FieldInfo& f, std::size_t at) {
-            fmt::format_to(std::back_inserter(page), "| {} | {} | {} | {} | {} | {:.6g} to {:.6g} | {} |\n", at, name,
-                           name_of(f.type), f.scale, f.unit, f.scale * f.low, f.scale * f.high, f.what);
-        });
+        page += rows_of(schema);
         if (schema.kInfo.tail_unit > 0) {
             fmt::format_to(std::back_inserter(page), "| {} | (tail) | {} bytes each | | | | {} |\n", bytes,
                            schema.kInfo.tail_unit, schema.kInfo.tail_what);

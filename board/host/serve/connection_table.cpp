@@ -38,7 +38,6 @@ std::chrono::milliseconds time_without_data(int descriptor) {
 }  // namespace
 
 ConnectionTable::Place ConnectionTable::enter(int descriptor) {
-    const std::lock_guard lock(mutex_);
     const std::string address = address_of(descriptor);
     const auto count = [&](bool of_this_address) {
         return static_cast<std::size_t>(std::count_if(clients_.begin(), clients_.end(), [&](const Client& client) {
@@ -48,7 +47,7 @@ ConnectionTable::Place ConnectionTable::enter(int descriptor) {
     const bool address_is_full = count(true) >= kMaxOfOneAddress;
     if (address_is_full || count(false) >= kMaxClients) {
         Client* silent = nullptr;
-        auto longest = kReplaceable;
+        auto longest = replaceable_;
         for (Client& client : clients_) {
             const auto time = time_without_data(client.descriptor);
             if (!client.leaving && (!address_is_full || client.address == address) && time >= longest) {
@@ -68,15 +67,7 @@ ConnectionTable::Place ConnectionTable::enter(int descriptor) {
         ::shutdown(silent->descriptor, SHUT_RDWR);
     }
     const auto place = clients_.insert(clients_.end(), Client{descriptor, address});
-    return {&*place, [this, place](const void*) {
-                const std::lock_guard lock_again(mutex_);
-                clients_.erase(place);
-            }};
-}
-
-std::size_t ConnectionTable::size() const {
-    const std::lock_guard lock(mutex_);
-    return clients_.size();
+    return {&*place, [this, place](const void*) { clients_.erase(place); }};
 }
 
 }  // namespace tricoil::host

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <list>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "board/host/serve/limited_notice.hpp"
@@ -12,8 +11,8 @@
 namespace tricoil::host {
 
 /// If the limit is reached, in total or for one address, the client that has been sent nothing for longest, because it does not
-/// read or requests nothing, is disconnected to make room, but not before kReplaceable. If there is none, the new client is
-/// refused. Several threads may use it.
+/// read or requests nothing, is disconnected to make room, but not before `replaceable`. If there is none, the new client is
+/// refused. One thread uses it.
 class ConnectionTable {
 public:
     static constexpr std::size_t kMaxClients = 24;
@@ -23,11 +22,12 @@ public:
     using Place = std::shared_ptr<const void>;
 
     /// name: of the output, for notices.
-    explicit ConnectionTable(std::string name) : notice_(std::move(name)) {}
+    explicit ConnectionTable(std::string name, std::chrono::milliseconds replaceable = kReplaceable)
+        : replaceable_(replaceable), notice_(std::move(name)) {}
 
     /// Place for the client of this descriptor; null, with a notice, if it is refused.
     [[nodiscard]] Place enter(int descriptor);
-    [[nodiscard]] std::size_t size() const;
+    [[nodiscard]] std::size_t size() const { return clients_.size(); }
 
 private:
     struct Client {
@@ -36,7 +36,7 @@ private:
         bool leaving = false;
     };
 
-    mutable std::mutex mutex_;
+    std::chrono::milliseconds replaceable_;
     std::list<Client> clients_;
     LimitedNotice notice_;
 };

@@ -11,7 +11,8 @@ PoseHub::Cursor PoseHub::cursor() const {
     return {count_, 0};
 }
 
-void PoseHub::read_locked(Cursor& cursor, std::vector<ServedPose>& out) const {
+void PoseHub::read(Cursor& cursor, std::vector<ServedPose>& out) const {
+    const std::lock_guard lock(mutex_);
     const std::uint64_t oldest = count_ > kCapacity ? count_ - kCapacity : 0;
     if (cursor.next < oldest) {
         cursor.missed += oldest - cursor.next;
@@ -20,31 +21,6 @@ void PoseHub::read_locked(Cursor& cursor, std::vector<ServedPose>& out) const {
     for (; cursor.next < count_; ++cursor.next) {
         out.push_back(ring_[cursor.next % kCapacity]);
     }
-}
-
-void PoseHub::read(Cursor& cursor, std::vector<ServedPose>& out) const {
-    const std::lock_guard lock(mutex_);
-    read_locked(cursor, out);
-}
-
-bool PoseHub::wait(Cursor& cursor, std::vector<ServedPose>& out, std::chrono::milliseconds patience) const {
-    std::unique_lock lock(mutex_);
-    news_.wait_for(lock, patience, [&] { return closed_ || cursor.next < count_; });
-    read_locked(cursor, out);
-    return !out.empty() && !closed_;
-}
-
-void PoseHub::close() {
-    {
-        const std::lock_guard lock(mutex_);
-        closed_ = true;
-    }
-    news_.notify_all();
-}
-
-bool PoseHub::closed() const {
-    const std::lock_guard lock(mutex_);
-    return closed_;
 }
 
 std::vector<ServedPose> PoseHub::newest() const {
@@ -111,7 +87,6 @@ void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
             newest_[estimate.sensor] = served;
         }
     }
-    news_.notify_all();
     if (notify_) {
         notify_();
     }

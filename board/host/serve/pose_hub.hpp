@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -35,12 +34,6 @@ public:
     [[nodiscard]] Cursor cursor() const;
     /// Appends new poses to `out`.
     void read(Cursor& cursor, std::vector<ServedPose>& out) const;
-    /// Waits up to `patience` for new poses, then appends them to `out`. False if `out` is empty or the hub is closed.
-    bool wait(Cursor& cursor, std::vector<ServedPose>& out, std::chrono::milliseconds patience) const;
-
-    /// Ends all present and future waits.
-    void close();
-    [[nodiscard]] bool closed() const;
 
     /// Newest pose of each sensor, flagged stale if it is older than SilenceWatch::kLimit. For clients that connect later.
     [[nodiscard]] std::vector<ServedPose> newest() const;
@@ -64,17 +57,13 @@ private:
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
     void do_pose(const tracking::PoseEstimate<double>& estimate) override;
 
-    void read_locked(Cursor& cursor, std::vector<ServedPose>& out) const;
-
     mutable std::mutex mutex_;
-    mutable std::condition_variable news_;
     std::vector<ServedPose> ring_;
     std::uint64_t count_ = 0;  // total number of poses
     std::array<std::optional<ServedPose>, tracking::kMaxSensors> newest_;
     LinkHealth health_;
     int sensors_ = 0;
     std::vector<Vec3<double>> confinement_;
-    bool closed_ = false;
     ToolTips tips_;
     protocol::ClockMap clock_map_;
     Microseconds lead_;  // half a demodulation window: the shortest time from a window's midpoint to the arrival of its pose

@@ -16,50 +16,64 @@ constexpr int kPauseMs = static_cast<int>(Stream::kSharePause.count());
 
 }  // namespace
 
-Server::Server() : bell_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)), hub_([this] { wake(); }), button_([this] { wake(); }) {
+Server::Loop::Loop() : bell(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
+
+void Server::Loop::wake() const {
+    const std::uint64_t one = 1;
+    (void)!::write(bell.get(), &one, sizeof one);
+}
+
+Server::Server() : hub_([this] { wake(); }), button_([this] { wake(); }) {
     std::signal(SIGPIPE, SIG_IGN);  // write() reports a closed connection
 }
 
 Server::~Server() { stop(); }
 
 void Server::wake() {
-    const std::uint64_t one = 1;
-    (void)!::write(bell_.get(), &one, sizeof one);
-}
-
-void Server::start() {
-    thread_ = std::thread([this] { run(); });
-}
-
-void Server::stop() {
-    hub_.close();
-    if (thread_.joinable()) {
-        wake();
-        thread_.join();
+    for (const Loop* loop : {&main_, &apart_}) {
+        loop->wake();
     }
 }
 
-void Server::run() {
-    PoseHub::Cursor cursor = hub_.cursor();
+void Server::start() {
+    for (Loop* loop : {&main_, &apart_}) {
+        if (!loop->services.empty()) {
+            loop->thread = std::thread([this, loop] { loop->run(hub_, ends_); });
+        }
+    }
+}
+
+void Server::stop() {
+    ends_ = true;
+    wake();
+    for (Loop* loop : {&main_, &apart_}) {
+        if (loop->thread.joinable()) {
+            loop->thread.join();
+        }
+    }
+}
+
+void Server::Loop::run(const PoseHub& hub, const std::atomic<bool>& ends) {
+    PoseHub::Cursor cursor = hub.cursor();
     std::vector<pollfd> descriptors;
     std::vector<ServedPose> poses;
     SilenceWatch silence;
-    while (!hub_.closed()) {
-        descriptors.assign(1, {bell_.get(), POLLIN, 0});
+    while (!ends) {
+        descriptors.assign(1, {bell.get(), POLLIN, 0});
         int timeout_ms = kRoundMs;
-        for (const auto& service : services_) {
+        for (const auto& service : services) {
             timeout_ms = service->watch(descriptors) ? kPauseMs : timeout_ms;
         }
         ::poll(descriptors.data(), descriptors.size(), timeout_ms);
         std::uint64_t rings = 0;
-        (void)!::read(bell_.get(), &rings, sizeof rings);
+        (void)!::read(bell.get(), &rings, sizeof rings);
         poses.clear();
-        hub_.read(cursor, poses);
+        hub.read(cursor, poses);
         silence.check(utc_now(), poses);
-        for (const auto& service : services_) {  // poses first: requests must not delay them
+        for (const auto& service : services) {  // poses first: requests must not delay them
             service->take(poses);
         }
-        for (const auto& service : services_) {
+        for (const auto& service : services) {
             service->handle();
         }
     }

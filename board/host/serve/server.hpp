@@ -1,6 +1,7 @@
-// Thread that serves clients. Client input and new poses wake it.
+// Threads that serve clients. Client input and new poses wake them.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -24,20 +25,31 @@ public:
     [[nodiscard]] StylusButton& button() { return button_; }
 
     /// Call it before start().
-    void add(std::unique_ptr<Service> service) { services_.push_back(std::move(service)); }
+    void add(std::unique_ptr<Service> service) { main_.services.push_back(std::move(service)); }
+    /// For a service that reads files: it gets a thread of its own, so that it delays no other service.
+    void add_apart(std::unique_ptr<Service> service) { apart_.services.push_back(std::move(service)); }
     void start();
-    /// Ends the thread. Services and client connections stay until destruction.
+    /// Ends the threads. Services and client connections stay until destruction.
     void stop();
 
 private:
-    void run();
+    struct Loop {
+        Loop();
+        void wake() const;
+        void run(const PoseHub& hub, const std::atomic<bool>& ends);
+
+        drivers::FileDescriptor bell;  // eventfd that wakes the thread
+        std::vector<std::unique_ptr<Service>> services;
+        std::thread thread;
+    };
+
     void wake();
 
-    drivers::FileDescriptor bell_;  // eventfd that wakes the thread
     PoseHub hub_;
     StylusButton button_;
-    std::vector<std::unique_ptr<Service>> services_;
-    std::thread thread_;
+    std::atomic<bool> ends_ = false;
+    Loop main_;
+    Loop apart_;
 };
 
 }  // namespace tricoil::host

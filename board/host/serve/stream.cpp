@@ -10,7 +10,8 @@
 
 namespace tricoil::host {
 
-Stream::Stream(int descriptor, const StreamLimits& limits) : descriptor_(descriptor), oldest_(limits.oldest) {
+Stream::Stream(int descriptor, const StreamLimits& limits)
+    : descriptor_(descriptor), oldest_(limits.oldest), share_(limits.share) {
     if (limits.socket_bytes > 0) {
         ::setsockopt(descriptor, SOL_SOCKET, SO_SNDBUF, &limits.socket_bytes, sizeof limits.socket_bytes);
     }
@@ -23,7 +24,7 @@ bool Stream::send(std::string_view record) {
     if (gone_) {
         return false;
     }
-    if (bytes_waiting_ + record.size() > kMaxWaiting) {
+    if (has_waiting() && bytes_waiting_ + record.size() > kMaxWaiting) {
         ++dropped_;
         return false;
     }
@@ -75,7 +76,7 @@ std::span<const char> Stream::receive() {
         return {};
     }
     const ssize_t n = ::read(descriptor_.get(), share_.data(), share_.size());
-    if (n == static_cast<ssize_t>(kShare)) {
+    if (n == std::ssize(share_)) {
         next_share_ = Clock::now() + kSharePause;
     }
     if (n > 0) {

@@ -1,13 +1,15 @@
 // Connection to one client, without waiting.
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "drivers/posix/file_descriptor.hpp"
 
@@ -16,17 +18,17 @@ namespace tricoil::host {
 struct StreamLimits {
     std::chrono::milliseconds oldest = std::chrono::hours(24);  // records that wait longer are dropped, unless partly sent
     int socket_bytes = 0;                                       // send buffer of the socket; 0: system default
+    std::size_t share = 12;                                     // bytes per read
 };
 
 /// While the connection lasts, a record is sent completely or not at all. A new record is dropped and counted if more than
-/// kMaxWaiting bytes would wait. Input is read in chunks of kShare bytes, with a pause after a full chunk: about 12 kB/s (a
-/// FASTRAK line at 115,200 baud carries 11.5 kB/s). Nothing is read while more than kMaxUnread bytes wait for the client. A
-/// client that floods therefore does not delay the others.
+/// kMaxWaiting bytes would wait; if nothing waits, it may be longer. Input is read in chunks (`share`), with a pause after a full
+/// chunk: by default about 12 kB/s (a FASTRAK line at 115,200 baud carries 11.5 kB/s). Nothing is read while more than kMaxUnread
+/// bytes wait for the client. A client that floods therefore does not delay the others.
 class Stream {
 public:
     using Clock = std::chrono::steady_clock;
     static constexpr std::size_t kMaxWaiting = 64 * 1024;
-    static constexpr std::size_t kShare = 12;                   // bytes per read
     static constexpr std::chrono::milliseconds kSharePause{1};  // pause after a full chunk
     static constexpr std::size_t kMaxUnread = 4096;             // waiting bytes above which reading stops
 
@@ -36,6 +38,8 @@ public:
     Stream& operator=(const Stream&) = delete;
 
     [[nodiscard]] int descriptor() const { return descriptor_.get(); }
+    /// Keeps the client's place, of ConnectionTable, instead of the earlier one.
+    void hold(std::shared_ptr<const void> place) { place_ = std::move(place); }
 
     /// Sends or queues a record. False if it was dropped.
     bool send(std::string_view record);
@@ -78,10 +82,11 @@ private:
     [[nodiscard]] bool may_receive() const { return !pauses() && bytes_waiting_ <= kMaxUnread; }
 
     drivers::FileDescriptor descriptor_;
+    std::shared_ptr<const void> place_;  // ends before the descriptor
     std::chrono::milliseconds oldest_;
     std::deque<Record> waiting_;
     std::size_t bytes_waiting_ = 0;
-    std::array<char, kShare> share_{};
+    std::vector<char> share_;
     Clock::time_point next_share_{};
     bool gone_ = false;
     std::uint64_t dropped_ = 0;

@@ -18,18 +18,21 @@ namespace tricoil::host {
 
 /// Session: has receive(std::span<const char>) and take(std::span<const ServedPose>). The factory gives it the Stream through
 /// which it sends and disconnects. A client that begins with an HTTP request is refused, because a page in a browser can send one
-/// to any port and its text must not act as commands; not if Session::kSpeaksHttp exists.
+/// to any port and its text must not act as commands; not if Session::kSpeaksHttp exists. If Session::is_busy() exists and is
+/// true, the wait for the next round is short.
 template <typename Session>
 class TcpService final : public Service {
 public:
     using Factory = std::function<std::unique_ptr<Session>(Stream&)>;
 
-    TcpService(std::string option, const TcpAddress& address, Factory factory, const StreamLimits& limits = {})
+    /// replaceable: of ConnectionTable.
+    TcpService(std::string option, const TcpAddress& address, Factory factory, const StreamLimits& limits = {},
+               std::chrono::milliseconds replaceable = ConnectionTable::kReplaceable)
         : name_(std::move(option)),
           listener_(name_, address),
           factory_(std::move(factory)),
           limits_(limits),
-          table_(name_),
+          table_(name_, replaceable),
           notice_(name_) {}
 
     /// Prints how many records were dropped.
@@ -52,6 +55,9 @@ public:
         for (const auto& client : clients_) {
             descriptors.push_back({client->stream.descriptor(), client->stream.events(), 0});
             pauses = pauses || client->stream.pauses();
+            if constexpr (requires { client->session->is_busy(); }) {
+                pauses = pauses || client->session->is_busy();
+            }
         }
         return pauses;
     }
@@ -80,7 +86,6 @@ private:
     struct Client {
         Client(int descriptor, const StreamLimits& limits) : stream(descriptor, limits) {}
         Stream stream;
-        ConnectionTable::Place place;
         std::unique_ptr<Session> session;
         std::string opening;  // first bytes
     };
@@ -92,8 +97,8 @@ private:
                 return;
             }
             auto client = std::make_unique<Client>(descriptor, limits_);
-            client->place = table_.enter(descriptor);
-            if (client->place) {
+            if (auto place = table_.enter(descriptor)) {
+                client->stream.hold(std::move(place));
                 client->session = factory_(client->stream);
                 clients_.push_back(std::move(client));
             }

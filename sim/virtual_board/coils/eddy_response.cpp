@@ -34,7 +34,7 @@ EddyResponse::EddyResponse() {
             basis(k + tones, static_cast<Index>(p + 1)) = response.imag();
         }
     }
-    inverse_ = least_squares(basis, Eigen::MatrixXd::Identity(basis.rows(), basis.rows()));
+    inverse_ = pseudo_inverse(basis);
 }
 
 EddyResponse::Terms EddyResponse::fit(const std::vector<sim::ComplexMat3>& fields) const {

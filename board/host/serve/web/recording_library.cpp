@@ -101,13 +101,13 @@ nlohmann::json RecordingLibrary::list() const {
     return recordings;
 }
 
-Recording RecordingLibrary::open(const std::string& name) const {
+Recording RecordingLibrary::open(const std::string& name, const std::function<void()>& each_block) const {
     std::error_code error;
     if (folder_.empty() || !is_recording_name(name) || !fs::is_directory(fs::path(folder_) / name, error)) {
         throw InputError("there is no recording of this name in the folder of --record-folder");
     }
     try {
-        return Recording((fs::path(folder_) / name).string());
+        return Recording((fs::path(folder_) / name).string(), each_block);
     } catch (const std::exception& failure) {
         throw InputError(without_folder(failure.what(), folder_));
     }

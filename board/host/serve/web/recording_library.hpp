@@ -20,8 +20,8 @@ public:
     /// [{"name", "bytes" (of its poses), "complete"}], the newest name first. Folders that are not recordings are left out.
     [[nodiscard]] nlohmann::json list() const;
 
-    /// Throws InputError, without the folder's path, if there is no such recording, or it was changed.
-    [[nodiscard]] Recording open(const std::string& name) const;
+    /// Throws InputError, without the folder's path, if there is no such recording, or it was changed. each_block: of Recording.
+    [[nodiscard]] Recording open(const std::string& name, const std::function<void()>& each_block = {}) const;
 
 private:
     std::string folder_;

@@ -3,142 +3,160 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
+#include <boost/asio/buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/status.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <charconv>
 #include <nlohmann/json.hpp>
 #include <utility>
-#include <vector>
 
 namespace tricoil::host::web {
 namespace {
 
+namespace http = boost::beast::http;
+
 constexpr std::size_t kLongestTarget = 256;
-constexpr std::string_view kLineEnd = "\r\n";
+constexpr const char* kKnownFields[] = {"host",          "origin",  "authorization",     "sec-fetch-site",
+                                        "content-type",  "upgrade", "sec-websocket-key", "sec-websocket-version",
+                                        "content-length"};
 
-RequestHead refuse(int status, std::string reason) { return {status, std::move(reason), {}}; }
-
-bool is_visible(char c) { return c > ' ' && c <= '~'; }
-bool is_text(char c) { return c >= ' ' && c <= '~'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-/// RFC 9110, 5.6.2.
-bool is_token(std::string_view name) {
-    return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
-        return is_visible(c) && std::string_view("()<>@,;:\\\"/[]?={}").find(c) == std::string_view::npos;
-    });
+RequestHead refuse(int status, std::string reason) {
+    RequestHead head;
+    head.refusal = status;
+    head.reason = std::move(reason);
+    return head;
 }
 
-std::string lower(std::string_view text) {
-    std::string result(text);
-    std::transform(result.begin(), result.end(), result.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return result;
+template <typename Text>
+std::string text_of(const Text& text) {
+    return {text.data(), text.size()};
 }
 
-std::string_view trim(std::string_view text) {
-    while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) {
-        text.remove_prefix(1);
-    }
-    while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) {
-        text.remove_suffix(1);
+bool is_printable(std::string_view text) {
+    return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+/// True if a field continues on the next line, which RFC 9112, 5.2 permits to refuse.
+bool is_folded(std::string_view head) {
+    return head.find("\r\n ") != std::string_view::npos || head.find("\r\n\t") != std::string_view::npos;
+}
+
+/// Decodes %XX. Text that is not a valid code stays.
+std::string decoded(std::string_view path) {
+    std::string text;
+    while (!path.empty()) {
+        unsigned char code = 0;
+        const std::string_view digits = path.substr(1, 2);
+        const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), code, 16);
+        const bool is_code = path[0] == '%' && error == std::errc{} && end == path.data() + 3;
+        text += is_code ? static_cast<char>(code) : path[0];
+        path.remove_prefix(is_code ? 3 : 1);
     }
     return text;
 }
 
-/// Removes the first line from `rest` and returns it.
-std::string_view take_line(std::string_view& rest) {
-    const auto end = std::min(rest.find(kLineEnd), rest.size());
-    const std::string_view line = rest.substr(0, end);
-    rest.remove_prefix(std::min(end + kLineEnd.size(), rest.size()));
-    return line;
+}  // namespace
+
+std::string RequestHead::field(const std::string& name) const {
+    const auto at = fields.find(name);
+    return at == fields.end() ? "" : at->second;
 }
 
-/// Checks a line such as "GET /path HTTP/1.1" and sets `method`.
-RequestHead reduced_request_line(std::string_view line, std::string_view& method) {
-    const auto first = line.find(' ');
-    const auto last = line.rfind(' ');
-    if (first == std::string_view::npos || first == last) {
-        return refuse(400, "the request line is malformed");
+bool RequestHead::is_from_other_page() const {
+    const std::string site = field("sec-fetch-site");
+    return !site.empty() && site != "same-origin" && site != "none";  // none: the user entered the address
+}
+
+std::optional<RequestHead> read_head(std::string_view received) {
+    http::request_parser<http::empty_body> parser;
+    parser.header_limit(kLongestHead);
+    parser.body_limit(kLongestContent);
+    boost::system::error_code failure;
+    const std::size_t size = parser.put(boost::asio::buffer(received), failure);
+    if (failure == http::error::need_more) {
+        return std::nullopt;
     }
-    method = line.substr(0, first);
-    const std::string_view target = line.substr(first + 1, last - first - 1);
-    const std::string_view version = line.substr(last + 1);
-    if (version != "HTTP/1.1" && version != "HTTP/1.0") {
-        return refuse(505, "only HTTP/1.0 and HTTP/1.1 are supported");
+    if (failure == http::error::header_limit) {
+        return refuse(431, fmt::format("the head is longer than {} bytes", kLongestHead));
     }
-    if (method != "GET" && method != "HEAD" && method != "POST") {
+    if (failure == http::error::body_limit) {
+        return refuse(413, fmt::format("the content is longer than {} bytes", kLongestContent));
+    }
+    if (failure) {
+        return refuse(400, fmt::format("the request is malformed ({})", failure.message()));
+    }
+    if (is_folded(received.substr(0, size))) {
+        return refuse(400, "a header field is folded");
+    }
+    const auto& request = parser.get();
+    RequestHead head;
+    head.size = size;
+    head.method = text_of(request.method_string());
+    if (head.method != "GET" && head.method != "HEAD" && head.method != "POST") {
         return refuse(405, "only GET, HEAD and POST are supported");
     }
+    const std::string target = text_of(request.target());
     if (target.size() > kLongestTarget) {
         return refuse(414, "the path is too long");
     }
-    if (!target.starts_with('/') || !std::all_of(target.begin(), target.end(), is_visible)) {
+    if (!target.starts_with('/') || !is_printable(target)) {
         return refuse(400, "the path is malformed");
     }
-    return {0, {}, fmt::format("{} {} {}\r\n", method, target, version)};
-}
-
-}  // namespace
-
-RequestHead reduced_head(std::string_view received, std::span<const HeadField> fields) {
-    std::string_view rest = received;
-    std::string_view method;
-    RequestHead head = reduced_request_line(take_line(rest), method);
-    std::vector<bool> seen(fields.size());
-    bool has_length = false;
-    for (std::string_view line = take_line(rest); head.refusal == 0 && !line.empty(); line = take_line(rest)) {
-        const auto colon = std::min(line.find(':'), line.size());
-        const std::string name = lower(line.substr(0, colon));
-        const std::string_view value = trim(line.substr(std::min(colon + 1, line.size())));
-        if (colon == line.size() || !is_token(name)) {
-            return refuse(400, "a header field is malformed");
-        }
-        if (name == "transfer-encoding") {
-            return refuse(501, "transfer encodings are not supported");
-        }
-        const auto field = std::find_if(fields.begin(), fields.end(), [&](const HeadField& f) { return f.name == name; });
-        if (field == fields.end() || (field->for_post_only && method != "POST")) {
-            continue;
-        }
-        if (!std::all_of(value.begin(), value.end(), is_text)) {
-            return refuse(400, fmt::format("{} contains a character that is not printable ASCII", field->name));
-        }
-        if (field->name == "content-length" &&
-            (value.empty() || value.size() > 6 || !std::all_of(value.begin(), value.end(), is_digit))) {
-            return refuse(400, "Content-Length is malformed");
-        }
-        const auto place = static_cast<std::size_t>(field - fields.begin());
-        if (seen[place]) {
-            return refuse(400, fmt::format("{} is given twice", field->name));
-        }
-        seen[place] = true;
-        has_length = has_length || field->name == "content-length";
-        if (field->name == "content-type" && value != "application/json") {
-            continue;  // the library would parse a form
-        }
-        head.text += fmt::format("{}: {}\r\n", field->name, value);
+    if (request.count(http::field::transfer_encoding) > 0) {
+        return refuse(501, "transfer encodings are not supported");
     }
-    if (head.refusal == 0 && method == "POST" && !has_length) {
+    for (const char* name : kKnownFields) {
+        const std::string value = text_of(request[name]);
+        if (request.count(name) > 1) {
+            return refuse(400, fmt::format("{} is given twice", name));
+        }
+        if (!is_printable(value)) {
+            return refuse(400, fmt::format("{} contains a character that is not printable ASCII", name));
+        }
+        if (!value.empty()) {
+            head.fields[name] = value;
+        }
+    }
+    if (head.field("content-length").find(',') != std::string::npos) {
+        return refuse(400, "content-length is given twice");
+    }
+    if (head.method == "POST" && !parser.content_length()) {
         return refuse(411, "Content-Length is missing");
     }
-    head.text += head.refusal == 0 ? kLineEnd : "";
+    head.path = decoded(target.substr(0, target.find('?')));
+    head.takes_chunks = request.version() > 10;
+    head.is_upgrade = boost::beast::websocket::is_upgrade(request);
+    head.content = head.method == "POST" ? *parser.content_length() : 0;
     return head;
 }
 
-std::string_view value_of(std::string_view reduced, std::string_view name) {
-    const std::string begin = fmt::format("{}{}: ", kLineEnd, name);
-    const auto at = reduced.find(begin);
-    return at == std::string_view::npos ? std::string_view() : take_line(reduced = reduced.substr(at + begin.size()));
+std::string answer_head(int status, std::string_view further_fields) {
+    const auto reason = http::obsolete_reason(static_cast<http::status>(status));
+    return fmt::format("HTTP/1.1 {} {}\r\nConnection: close\r\n{}\r\n", status, text_of(reason), further_fields);
 }
 
-bool is_from_other_page(std::string_view fetch_site) {
-    return !fetch_site.empty() && fetch_site != "same-origin" && fetch_site != "none";  // none: the user entered the address
+std::string whole_answer(int status, std::string_view type, std::string_view content, std::string_view further_fields) {
+    return answer_head(status, fmt::format("Content-Type: {}\r\nContent-Length: {}\r\n{}", type, content.size(), further_fields))
+        .append(content);
 }
 
-std::string refusal_answer(const RequestHead& head, std::string_view further_fields) {
-    const std::string body = nlohmann::json{{"answer", head.reason}}.dump();
-    return fmt::format(
-        "HTTP/1.1 {} Refused\r\nContent-Type: application/json\r\nContent-Length: {}\r\nConnection: close\r\n{}\r\n{}",
-        head.refusal, body.size(), further_fields, body);
+std::string answer(int status, std::string_view text, std::string_view further_fields) {
+    const nlohmann::json content{{"answer", text}};
+    return whole_answer(status, "application/json", content.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
+                        further_fields);
 }
+
+std::string head_of_pieces(std::string_view type, bool takes_chunks) {
+    return answer_head(200, fmt::format("Content-Type: {}\r\nCache-Control: no-store\r\n{}", type,
+                                        takes_chunks ? "Transfer-Encoding: chunked\r\n" : ""));
+}
+
+std::string as_piece(std::string_view content, bool takes_chunks) {
+    return takes_chunks ? fmt::format("{:x}\r\n{}\r\n", content.size(), content) : std::string(content);
+}
+
+std::string last_piece(bool takes_chunks) { return takes_chunks ? "0\r\n\r\n" : ""; }
 
 }  // namespace tricoil::host::web

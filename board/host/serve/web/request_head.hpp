@@ -1,48 +1,50 @@
-// Reduces the head of an HTTP request to the fields that a server needs, before anything else parses it.
+// Head of an HTTP request, and answers.
 #pragma once
 
-#include <array>
-#include <span>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
 namespace tricoil::host::web {
 
-struct HeadField {
-    std::string_view name;  // in lower case
-    bool for_post_only = false;
-};
+constexpr std::size_t kLongestHead = 16 * 1024;  // bytes
+constexpr std::size_t kLongestContent = 1024;
 
-/// Fields of the live page.
-inline constexpr std::array kPageFields{HeadField{"host"},
-                                        HeadField{"origin"},
-                                        HeadField{"authorization"},
-                                        HeadField{"sec-fetch-site"},
-                                        HeadField{"content-type", true},
-                                        HeadField{"content-length", true}};
-
-/// Request line and header fields, or the reason for a refusal.
+/// Request line and known header fields, or the reason for a refusal.
 struct RequestHead {
     int refusal = 0;     // HTTP status; 0: accepted
     std::string reason;  // of a refusal, one line
-    std::string text;    // for the library, with the empty line at its end
+    std::size_t size = 0;
+    std::string method;  // GET, HEAD or POST
+    std::string path;    // decoded, without a query
+    bool takes_chunks = false;
+    bool is_upgrade = false;                    // to WebSocket
+    std::size_t content = 0;                    // of a POST, in bytes
+    std::map<std::string, std::string> fields;  // names in lower case
+
+    /// Value of a field; empty: it is missing.
+    [[nodiscard]] std::string field(const std::string& name) const;
+    /// True if a browser marks the request as one of another page. Other programs do not send the field.
+    [[nodiscard]] bool is_from_other_page() const;
 };
 
-/// `received` ends with the empty line. Only GET, HEAD and POST requests for a path of at most 256 visible ASCII characters are
-/// accepted; a POST needs a Content-Length. The result contains only the fields of `fields`, by default Host, Origin,
-/// Authorization, Sec-Fetch-Site and, for POST, Content-Length and a Content-Type of application/json, each at most once and with
-/// its name in lower case. Other fields, for example Range, Accept-Encoding or Expect, never reach the library (RFC 9110, 14.2: a
-/// server may ignore Range). A Transfer-Encoding or a folded line is refused, and so is one of the listed fields that is repeated
-/// or contains other characters than printable ASCII.
-RequestHead reduced_head(std::string_view received, std::span<const HeadField> fields = kPageFields);
+/// Head at the beginning of `received`; nullopt: it is incomplete. Boost.Beast parses it. Besides its rules: only GET, HEAD and
+/// POST requests for a path of at most 256 characters are accepted, and a POST needs a Content-Length of at most kLongestContent.
+/// A Transfer-Encoding or a folded line is refused, and so is a known field that is repeated or contains other characters than
+/// printable ASCII. Other fields, for example Range, have no effect (RFC 9110, 14.2: a server may ignore Range).
+std::optional<RequestHead> read_head(std::string_view received);
 
-/// Value of a field in the text of a reduced head; empty: the field is missing. name: in lower case.
-std::string_view value_of(std::string_view reduced, std::string_view name);
+/// Head of an answer, after which the connection ends. further_fields: complete lines.
+std::string answer_head(int status, std::string_view further_fields);
+/// Complete answer with this content.
+std::string whole_answer(int status, std::string_view type, std::string_view content, std::string_view further_fields = {});
+/// Complete answer {"answer": text}.
+std::string answer(int status, std::string_view text, std::string_view further_fields = {});
 
-/// True if a browser sends this Sec-Fetch-Site for a request that another page makes. Other programs do not send it.
-bool is_from_other_page(std::string_view fetch_site);
-
-/// Complete HTTP answer for a refused request. further_fields: complete lines, for its header.
-std::string refusal_answer(const RequestHead& head, std::string_view further_fields = {});
+/// Head of an answer that follows in pieces. takes_chunks: of the request.
+std::string head_of_pieces(std::string_view type, bool takes_chunks);
+std::string as_piece(std::string_view content, bool takes_chunks);
+std::string last_piece(bool takes_chunks);
 
 }  // namespace tricoil::host::web

@@ -6,21 +6,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <span>
+#include <string_view>
 
-#include "board/host/serve/web/request_head.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host::websocket {
 namespace {
 
-constexpr std::array kHandshakeFields{
-    web::HeadField{"origin"},     web::HeadField{"sec-fetch-site"},        web::HeadField{"upgrade"},
-    web::HeadField{"connection"}, web::HeadField{"sec-websocket-version"}, web::HeadField{"sec-websocket-key"}};
-
-HandshakeAnswer refuse_handshake(int status, std::string reason, std::string_view further_fields = {}) {
-    return {false, web::refusal_answer({status, std::move(reason), {}}, further_fields)};
+HandshakeAnswer refuse_handshake(int status, std::string_view reason, std::string_view further_fields = {}) {
+    return {false, web::answer(status, reason, further_fields)};
 }
 
 std::string base64(std::span<const unsigned char> bytes) {
@@ -46,45 +41,25 @@ std::string accepted_key(std::string_view key) {
     return base64(digest);
 }
 
-/// True if the list, separated by commas, has the word; case is ignored.
-bool has_word(std::string_view list, std::string_view word) {
-    const auto equal_letters = [](char a, char b) {
-        return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
-    };
-    while (!list.empty()) {
-        const auto end = std::min(list.find(','), list.size());
-        std::string_view item = list.substr(0, end);
-        list.remove_prefix(std::min(end + 1, list.size()));
-        item.remove_prefix(std::min(item.find_first_not_of(' '), item.size()));
-        item = item.substr(0, item.find_last_not_of(' ') + 1);
-        if (std::equal(item.begin(), item.end(), word.begin(), word.end(), equal_letters)) {
-            return true;
-        }
-    }
-    return false;
-}
-
 }  // namespace
 
-HandshakeAnswer answer_handshake(std::string_view head, const std::vector<std::string>& origins) {
-    const web::RequestHead reduced = web::reduced_head(head, kHandshakeFields);
-    if (reduced.refusal != 0) {
-        return {false, web::refusal_answer(reduced)};
+HandshakeAnswer answer_handshake(const web::RequestHead& request, const std::vector<std::string>& origins) {
+    if (request.refusal != 0) {
+        return refuse_handshake(request.refusal, request.reason);
     }
-    const auto field = [&](std::string_view name) { return web::value_of(reduced.text, name); };
-    if (!reduced.text.starts_with("GET ") || !has_word(field("upgrade"), "websocket") ||
-        !has_word(field("connection"), "upgrade")) {
+    if (!request.is_upgrade) {
         return refuse_handshake(426, "this port serves WebSocket clients only",
                                 "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n");
     }
-    if (field("sec-websocket-version") != "13") {
+    if (request.field("sec-websocket-version") != "13") {
         return refuse_handshake(426, "the version of the protocol must be 13", "Sec-WebSocket-Version: 13\r\n");
     }
-    if (!is_key(field("sec-websocket-key"))) {
+    const std::string key = request.field("sec-websocket-key");
+    if (!is_key(key)) {
         return refuse_handshake(400, "Sec-WebSocket-Key is missing or malformed");
     }
-    const std::string_view origin = field("origin");
-    if (origin.empty() && web::is_from_other_page(field("sec-fetch-site"))) {
+    const std::string origin = request.field("origin");
+    if (origin.empty() && request.is_from_other_page()) {
         return refuse_handshake(403, "request of a page without its origin");
     }
     if (!origin.empty() && std::find(origins.begin(), origins.end(), origin) == origins.end()) {
@@ -93,7 +68,7 @@ HandshakeAnswer answer_handshake(std::string_view head, const std::vector<std::s
     }
     return {true, fmt::format("HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
                               "Sec-WebSocket-Accept: {}\r\n\r\n",
-                              accepted_key(field("sec-websocket-key")))};
+                              accepted_key(key))};
 }
 
 void check_origin(const std::string& origin) {

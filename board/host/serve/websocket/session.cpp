@@ -4,16 +4,11 @@
 #include <string_view>
 #include <utility>
 
+#include "board/host/serve/web/request_head.hpp"
 #include "board/host/serve/websocket/handshake.hpp"
 #include "board/pose_text/served_pose_line.hpp"
 
 namespace tricoil::host::websocket {
-namespace {
-
-constexpr std::string_view kHeadEnd = "\r\n\r\n";
-
-}  // namespace
-
 Session::Session(Stream& stream, const std::vector<std::string>& origins) : stream_(stream), origins_(origins) {}
 
 void Session::receive(std::span<const char> bytes) {
@@ -31,16 +26,12 @@ void Session::receive(std::span<const char> bytes) {
 }
 
 void Session::open() {
-    const auto end = received_.find(kHeadEnd);
-    if (end == std::string::npos) {
-        if (received_.size() > kLongestHead) {
-            stream_.disconnect();
-        }
+    const auto head = web::read_head(received_);
+    if (!head) {
         return;
     }
-    const auto size = end + kHeadEnd.size();
-    const HandshakeAnswer answer = answer_handshake(std::string_view(received_).substr(0, size), origins_);
-    received_.erase(0, size);
+    const HandshakeAnswer answer = answer_handshake(*head, origins_);
+    received_.erase(0, head->size);
     stream_.send(answer.text);
     if (!answer.accepted) {
         stream_.disconnect();

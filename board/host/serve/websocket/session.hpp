@@ -24,7 +24,6 @@ class Session {
 public:
     static constexpr bool kSpeaksHttp = true;
     static constexpr std::chrono::seconds kHandshakeLimit{5};  // a client without a complete handshake is disconnected
-    static constexpr std::size_t kLongestHead = 16 * 1024;     // of the handshake, in bytes
     static constexpr std::uint64_t kLongestFrame = 64 * 1024;  // from the client
 
     /// origins: of pages that may connect; must outlive this object.
