@@ -312,7 +312,8 @@ private:
         if constexpr (kOwns<B> && (kColumns == 1 || kRowStep != Dense<B>::kColumnStep)) {
             return assign([&](int i, int j) { return f((*this)(i, j), b(i, j)); });
         } else {
-            return change(typename Dense<B>::Plain(b), f);
+            const typename Dense<B>::Plain copy = b;
+            return assign([&](int i, int j) { return f((*this)(i, j), copy(i, j)); });
         }
     }
     template <typename F>

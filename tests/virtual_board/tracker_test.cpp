@@ -274,10 +274,10 @@ TEST(Tracker, PosesDoNotDependOnTheFirstConversionOfAStart) {
     }
 }
 
-/// Runs for TRICOIL_BOARD_S seconds (default 20; long test: 3600).
+/// Runs for TRICOIL_BOARD_S seconds (default 8; long test: 3600).
 TEST(Tracker, RunsWithoutLoss) {
     const char* const wanted = std::getenv("TRICOIL_BOARD_S");
-    const double duration_s = wanted == nullptr ? 20 : std::stod(wanted);
+    const double duration_s = wanted == nullptr ? 8 : std::stod(wanted);
     BoardBench bench;
     bench.start({test::on_serial});
     virtual_board::LoadMeter load(*bench.board);

@@ -1,121 +1,122 @@
-// Random and awkward matrices, and comparison of core/linear with Eigen. Eigen's side has dynamic sizes, so it is compiled once
-// for each scalar and not for each shape.
+// Eigen as the oracle of core/linear. oracle.cpp compiles its operations once; the tests that include this header compile without
+// Eigen.
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <random>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include "core/linear/quaternion.hpp"
+#include "core/linear/matrix.hpp"
 
 namespace tricoil {
 
-template <typename Scalar>
-using Oracle = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
-
-template <typename D>
-Oracle<typename D::Scalar> oracle(const Dense<D>& m) {
-    Oracle<typename D::Scalar> copy(m.rows(), m.cols());
-    for (int i = 0; i < m.rows(); ++i) {
-        for (int j = 0; j < m.cols(); ++j) {
-            copy(i, j) = m(i, j);
+/// A matrix whose operations are Eigen's, in double. Results of single operations on entries, rounded to float, have the bits of
+/// the operation in float (Figueroa 1995, "When is double rounding innocuous?").
+class Oracle {
+public:
+    Oracle(Index rows, Index columns) : rows_(rows), entries_(rows * columns) {}
+    template <typename D>
+    explicit Oracle(const Dense<D>& m) : Oracle(m.rows(), m.cols()) {
+        for (int n = 0; n < m.size(); ++n) {
+            entries_[n] = m(n % m.rows(), n / m.rows());
         }
     }
-    return copy;
-}
+    static Oracle Constant(Index rows, Index columns, double value);
+    static Oracle Identity(Index rows, Index columns);
+    static Oracle Unit(Index rows, Index k);
 
-inline bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+    [[nodiscard]] Index rows() const { return rows_; }
+    [[nodiscard]] Index cols() const { return size() / rows_; }
+    [[nodiscard]] Index size() const { return static_cast<Index>(entries_.size()); }
+    double* data() { return entries_.data(); }
+    [[nodiscard]] const double* data() const { return entries_.data(); }
+    double operator()(Index n) const { return entries_[n]; }  // column after column
 
-/// Bit for bit, except for the kind of NaN.
-template <typename D>
-void expect_same(const Dense<D>& m, const Oracle<typename D::Scalar>& expected) {
-    const auto a = oracle(m);
-    ASSERT_EQ(a.rows(), expected.rows());
-    ASSERT_EQ(a.cols(), expected.cols());
-    for (Index n = 0; n < a.size(); ++n) {
-        EXPECT_TRUE(same(a(n), expected(n))) << a(n) << " instead of " << expected(n) << " at " << n;
-    }
-}
-template <typename A, typename B>
-void expect_same(const Dense<A>& a, const Dense<B>& b) {
-    expect_same(a, oracle(b));
-}
+    Oracle operator-() const;
+    Oracle operator+(const Oracle& b) const;
+    Oracle operator-(const Oracle& b) const;
+    Oracle operator*(double factor) const;
+    Oracle operator/(double divisor) const;
+    Oracle operator*(const Oracle& b) const;
+    bool operator==(const Oracle& b) const;
+    [[nodiscard]] Oracle cwiseProduct(const Oracle& b) const;
+    [[nodiscard]] Oracle cwiseQuotient(const Oracle& b) const;
+    [[nodiscard]] Oracle cwiseMax(const Oracle& b) const;
+    [[nodiscard]] Oracle cwiseMin(const Oracle& b) const;
+    [[nodiscard]] Oracle cwiseAbs() const;
+    [[nodiscard]] Oracle cwiseAbs2() const;
+    [[nodiscard]] Oracle cwiseSqrt() const;
+    [[nodiscard]] Oracle cwiseInverse() const;
+    [[nodiscard]] Oracle transpose() const;
+    [[nodiscard]] Oracle asDiagonal() const;
+    [[nodiscard]] Oracle in_float() const;
+    [[nodiscard]] bool allFinite() const;
+    [[nodiscard]] bool isZero(double tolerance) const;
+    [[nodiscard]] bool isIdentity(double tolerance) const;
+    [[nodiscard]] bool isApprox(const Oracle& b, double tolerance) const;
 
-constexpr double kUnits = 8;  // in the last place; a sum of twelve terms, twice
+    [[nodiscard]] double maxCoeff() const;
+    [[nodiscard]] double minCoeff() const;
+    double maxCoeff(Index* index) const;  // of a column, as the next
+    double minCoeff(Index* index) const;
+    [[nodiscard]] double sum() const;
+    [[nodiscard]] double mean() const;
+    [[nodiscard]] double trace() const;
+    [[nodiscard]] double squaredNorm() const;
+    [[nodiscard]] double norm() const;
+    [[nodiscard]] double dot(const Oracle& b) const;
+    [[nodiscard]] Oracle normalized() const;
+    [[nodiscard]] Oracle stableNormalized() const;
+    [[nodiscard]] Oracle sums_of_columns() const;
+    [[nodiscard]] Oracle means_of_columns() const;
+    [[nodiscard]] Oracle norms_of_columns() const;
+    [[nodiscard]] Oracle squared_norms_of_columns() const;
 
-template <typename Scalar>
-void expect_close(Scalar a, Scalar expected, Scalar absolute_terms, double units = kUnits) {
-    if (!std::isfinite(expected)) {
-        EXPECT_TRUE(same(a, expected)) << a << " instead of " << expected;
-        return;
-    }
-    using Range = std::numeric_limits<Scalar>;
-    const double tolerance = units * (Range::epsilon() * static_cast<double>(absolute_terms) + Range::denorm_min());
-    EXPECT_LE(std::abs(static_cast<double>(a) - expected), tolerance) << a << " instead of " << expected;
-}
+    // Parts.
+    [[nodiscard]] Oracle row(Index i) const;
+    [[nodiscard]] Oracle col(Index j) const;
+    [[nodiscard]] Oracle block(Index i, Index j, Index rows, Index columns) const;
+    [[nodiscard]] Oracle topLeftCorner(Index rows, Index columns) const;
+    [[nodiscard]] Oracle topRightCorner(Index rows, Index columns) const;
+    [[nodiscard]] Oracle bottomLeftCorner(Index rows, Index columns) const;
+    [[nodiscard]] Oracle bottomRightCorner(Index rows, Index columns) const;
+    [[nodiscard]] Oracle topRows(Index n) const;
+    [[nodiscard]] Oracle middleRows(Index i, Index n) const;
+    [[nodiscard]] Oracle bottomRows(Index n) const;
+    [[nodiscard]] Oracle leftCols(Index n) const;
+    [[nodiscard]] Oracle middleCols(Index j, Index n) const;
+    [[nodiscard]] Oracle rightCols(Index n) const;
+    [[nodiscard]] Oracle segment(Index i, Index n) const;  // of a column, as the next two
+    [[nodiscard]] Oracle head(Index n) const;
+    [[nodiscard]] Oracle tail(Index n) const;
+    [[nodiscard]] Oracle diagonal() const;
+    [[nodiscard]] Oracle reshaped() const;
+    [[nodiscard]] Oracle plus_to_columns(const Oracle& column) const;
+    [[nodiscard]] Oracle repeated_column(Index columns) const;
 
-/// Within a few units in the last place of the sum of the absolute terms.
-template <typename D>
-void expect_near(const Dense<D>& m, const Oracle<typename D::Scalar>& expected, const Oracle<typename D::Scalar>& absolute_terms,
-                 double units = kUnits) {
-    const auto a = oracle(m);
-    ASSERT_EQ(a.rows(), expected.rows());
-    ASSERT_EQ(a.cols(), expected.cols());
-    for (Index n = 0; n < a.size(); ++n) {
-        expect_close(a(n), expected(n), absolute_terms(n), units);
-    }
-}
+    // Of 3x3, and columns of three.
+    [[nodiscard]] Oracle cross(const Oracle& b) const;
+    [[nodiscard]] double determinant() const;
+    [[nodiscard]] Oracle inverse() const;
+    [[nodiscard]] double largest_eigenvalue() const;  // of a symmetric matrix
 
-template <typename Scalar>
-class Linear : public ::testing::Test {
-protected:
-    using Limits = std::numeric_limits<Scalar>;
-
-    template <int Rows, int Columns>
-    Matrix<Scalar, Rows, Columns> random(Scalar size = 1) {
-        return Matrix<Scalar, Rows, Columns>::NullaryExpr([&] { return size * static_cast<Scalar>(normal_(random_)); });
-    }
-    Quaternion<Scalar> rotation() { return Quaternion<Scalar>(random<4, 1>().normalized()); }
-
-    /// Random, zero, singular, very small and denormal.
-    template <int Rows, int Columns>
-    std::vector<Matrix<Scalar, Rows, Columns>> finite() {
-        using M = Matrix<Scalar, Rows, Columns>;
-        std::vector<M> all{M::Zero(), M::Ones(), M::Constant(Limits::denorm_min()), M::Constant(-Limits::min())};
-        for (const double size : {1.0, 1.0, 1.0, 1e-3, 1e3, 1e-12, 1e12}) {
-            all.push_back(random<Rows, Columns>(static_cast<Scalar>(size)));
-        }
-        all.push_back(random<Rows, 1>() * random<1, Columns>());
-        all.push_back(random<Rows, Columns>());
-        all.back()(Rows * Columns - 1) = Limits::denorm_min();
-        return all;
-    }
-    /// Also NaN and infinities.
-    template <int Rows, int Columns>
-    std::vector<Matrix<Scalar, Rows, Columns>> any() {
-        auto all = finite<Rows, Columns>();
-        for (const Scalar bad : {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity()}) {
-            for (const Index entry : {0, Rows * Columns - 1}) {
-                all.push_back(random<Rows, Columns>());
-                all.back()(entry) = bad;
-            }
-        }
-        all.push_back(random<Rows, Columns>());
-        all.back()(0) = Limits::infinity();
-        all.back()(Rows * Columns - 1) = -Limits::infinity();
-        return all;
-    }
+    // Of quaternions, which are columns x, y, z, w.
+    static Oracle quaternion(const Oracle& rotation);
+    [[nodiscard]] Oracle conjugate() const;
+    [[nodiscard]] Oracle times(const Oracle& q) const;
+    [[nodiscard]] Oracle rotate(const Oracle& vector) const;
+    [[nodiscard]] Oracle slerp(double t, const Oracle& q) const;
+    [[nodiscard]] Oracle toRotationMatrix() const;
 
 private:
-    std::mt19937_64 random_{17};
-    std::normal_distribution<double> normal_;
+    Index rows_;
+    std::vector<double> entries_;
 };
-using Scalars = ::testing::Types<float, double>;
-TYPED_TEST_SUITE(Linear, Scalars);
+
+struct CholeskyOracle {
+    explicit CholeskyOracle(const Oracle& a);
+
+    bool ok;
+    Oracle lower;
+    Oracle inverse_of_lower;
+};
 
 }  // namespace tricoil
