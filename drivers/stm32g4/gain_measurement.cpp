@@ -22,7 +22,7 @@ constexpr std::uint8_t kFillingStep = 1;
 /// Blocks per reading for the comparison of step n. The gain of a step contains the errors of all comparisons below. With 4
 /// blocks everywhere, noise alone causes errors of 0.1 per mille at gain 8.
 constexpr int blocks_of(std::uint8_t n) { return n <= 3 ? 12 : 4; }
-constexpr int kMostSwitchBlocks = 8;        // blocks before the new gain is in use; more time out
+constexpr int kMostBlocks = 3;              // per block that a reading needs, before it times out
 constexpr float kLinearShare = 0.95F;       // of full scale; linear range of the op-amps
 constexpr int kOffsetDivisor = 5;           // largest offset: range / 5; the carrier uses 3/4 of full scale
 constexpr float kTolerance = 0.1F;          // of the gain of a step, relative
@@ -92,7 +92,7 @@ private:
     Status read(std::uint8_t step, int wanted, Phasors& sum) {
         choose(step);
         int blocks = 0;
-        for (int n = 0; n < wanted + kMostSwitchBlocks && blocks < wanted; ++n) {
+        for (int n = 0; n < kMostBlocks * wanted && blocks < wanted; ++n) {
             if (const Status polled = sampler_.poll(block_); !polled.ok()) {
                 return polled;
             }
