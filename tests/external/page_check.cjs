@@ -65,11 +65,12 @@ async function changeOfScene(page, before, isExpected) {
   return changed;
 }
 
-/// Picture of the scene when it no longer changes.
+/// Picture of the scene when it no longer changes. Two frames are drawn between pictures, as a busy machine may draw none for a while.
 async function settledScene(page) {
   let picture = null;
   await poll(page, async () => {
     const before = picture;
+    await page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
     picture = await pictureOf(page, '#scene');
     return before && await changedPixels(page, before, picture) < 100;
   });
