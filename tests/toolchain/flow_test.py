@@ -100,13 +100,13 @@ class Run(FakeMachine):
 
     def test_interrupted_installation(self):
         installing = self.folder / "installing"
-        self.replace("toolchain/install-deps", f"[ $1 = first-pose ] || {{ touch {installing}; sleep 30; }}")
+        self.replace("toolchain/install-deps", f"[ $1 = first-pose ] || {{ : >{installing}; sleep 30; }}")
         status, output, _ = self.interrupt("run", after=installing)
         self.assertEqual((status, output), (130, "tricoil run\n"))
 
     def test_interrupted_link_leaves_the_program(self):
         linking = self.folder / "linking"
-        self.replace("toolchain/build", f'{BUILD}\n[ $# -gt 1 ] || {{ rm $program build/run/complete; touch {linking}; sleep 30; }}')
+        self.replace("toolchain/build", f'{BUILD}\n[ $# -gt 1 ] || {{ rm $program build/run/complete; : >{linking}; sleep 30; }}')
         status, output, _ = self.interrupt("run", after=linking)
         self.assertEqual((status, output), (130, "tricoil run\n"))
         self.assertTrue(self.program.exists())
@@ -221,7 +221,7 @@ class Test(FakeMachine):
 
     def test_interrupt(self):
         started = self.folder / "started"
-        self.replace("toolchain/build", f'exec toolchain/with-progress "build: $1" bash -c "touch {started}; sleep 30"')
+        self.replace("toolchain/build", f'exec toolchain/with-progress "build: $1" bash -c ": >{started}; sleep 30"')
         status, output, errors = self.interrupt("test", after=started)
         self.assertEqual((status, errors), (130, ""))
         self.assertTrue(output.endswith("test: host: build\n"), output)

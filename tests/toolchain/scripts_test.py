@@ -158,7 +158,7 @@ class WithProgress(FakeMachine):
         for number, status, message in ((signal.SIGINT, 130, ""), (signal.SIGTERM, 143, "Terminated\n")):  # bash's message
             started.unlink(missing_ok=True)
             with self.subTest(number):
-                done = self.interrupt("with-progress", "x", "bash", "-c", f"echo unit; touch {started}; sleep 30; echo end", after=started, number=number)
+                done = self.interrupt("with-progress", "x", "bash", "-c", f"echo unit; : >{started}; sleep 30; echo end", after=started, number=number)
                 self.assertEqual(done, (status, "", message))
 
 
