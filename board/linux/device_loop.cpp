@@ -163,8 +163,7 @@ void DeviceLoop::take_pose(HostTime arrival) {
     if (params_.tap != nullptr) {
         params_.tap->pose(pose);
     }
-    deliver(params_.tips.has(pose.sensor) ? protocol::to_message(params_.tips.at_tip(pose)) : session_.pose_message(),
-            pose.valid(), arrival);
+    deliver(params_.tips.at_tip(pose), pose.valid(), arrival);
     const HostTime now = drivers::host_now();
     newest_ = now;
     std::optional<Vec3<double>> side = restorers_[pose.sensor].side(pose, now);
@@ -248,16 +247,16 @@ void DeviceLoop::answer(const tracking::PoseEstimate<double>& estimate, bool val
     if (params_.tap != nullptr) {
         params_.tap->pose(estimate);
     }
-    deliver(protocol::to_message(params_.tips.at_tip(estimate)), valid, received);
+    deliver(params_.tips.at_tip(estimate), valid, received);
 }
 
-void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, HostTime received) {
+void DeviceLoop::deliver(const tracking::PoseEstimate<double>& pose, bool valid, HostTime received) {
     ++counters_.poses;
     counters_.valid_poses += valid ? 1U : 0U;
     latency_.add((drivers::host_now() - received).count());
     sink_(pose);
     if (params_.publish && !session_.is_tracker_board()) {
-        protocol::PoseMessage published = pose;
+        protocol::PoseMessage published = protocol::to_message(pose);
         published.sequence = pose_sequence_++;
         const std::size_t size = protocol::encode(published, bytes_);
         counters_.unpublished += port_.send(std::span(bytes_).first(size)).ok() ? 0U : 1U;

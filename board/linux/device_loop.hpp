@@ -48,9 +48,9 @@ struct DeviceLoopCounters {
 
 class DeviceLoop {
 public:
-    using PoseSink = std::function<void(const protocol::PoseMessage&)>;
+    using PoseSink = std::function<void(const tracking::PoseEstimate<double>&)>;
 
-    /// `sink` receives every pose as wire message.
+    /// `sink` receives every pose, of the tip if there is one.
     DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoopParams& params, PoseSink sink);
     ~DeviceLoop();
     DeviceLoop(const DeviceLoop&) = delete;
@@ -79,7 +79,7 @@ private:
     void track(const hal::ReceivedMessage& message);
     void take_pose(HostTime arrival);
     void answer(const tracking::PoseEstimate<double>& estimate, bool valid, HostTime received);
-    void deliver(const protocol::PoseMessage& pose, bool valid, HostTime received);
+    void deliver(const tracking::PoseEstimate<double>& pose, bool valid, HostTime received);
     void follow_sync();
     int take_edges();
     void beat();

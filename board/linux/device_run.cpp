@@ -13,7 +13,7 @@
 #include "board/linux/fault_reporter.hpp"
 #include "board/linux/line_pump.hpp"
 #include "board/linux/realtime.hpp"
-#include "board/pose_text/pose_lines.hpp"
+#include "board/pose_text/pose_fields.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/relative_tap.hpp"
 #include "board/record/tap_fan_out.hpp"
@@ -200,26 +200,30 @@ int run_device(const DeviceRunOptions& options) {
         } else {
             csv.emplace(config.csv);
         }
-        csv->push(host::pose_column_names() + '\n');
+        csv->push(host::pose_column_names(host::kPoseForm) + '\n');
     }
     std::optional<LinePump> json;
     if (options.json) {
         json.emplace(STDOUT_FILENO, "standard output");
     }
-    host::PoseLineBuffer line{};
+    std::array<char, host::kLongestPoseText + 1> line{};
     std::optional<host::Recorder> recorder;
     if (!options.record.empty()) {
         recorder.emplace(options.record, describe_source(config), host::Journal::WhenFull::end);
     }
-    const auto write = [&](const protocol::PoseMessage& pose) {
+    const auto push = [&](LinePump& pump, std::size_t size) {
+        line[size] = '\n';
+        pump.push({line.data(), size + 1});
+    };
+    const auto write = [&](const tracking::PoseEstimate<double>& pose) {
         if (csv) {
-            csv->push(host::pose_line(pose, host::PoseFormat::csv, line));
+            push(*csv, host::put_csv({pose}, host::kPoseForm, {}, line));
         }
         if (json) {
-            json->push(host::pose_line(pose, host::PoseFormat::json, line));
+            push(*json, host::put_json({pose}, host::kPoseForm, {}, line));
         }
     };
-    PoseTap relative_writer([&](const auto& pose) { write(protocol::to_message(options.tips.at_tip(pose))); });
+    PoseTap relative_writer([&](const auto& pose) { write(options.tips.at_tip(pose)); });
     std::optional<host::RelativeTap> relative;
     if (options.reference) {
         relative.emplace(*options.reference, relative_writer);
@@ -230,11 +234,11 @@ int run_device(const DeviceRunOptions& options) {
     const auto port = make_port(uri);
     DeviceStopwatch stopwatch;
     tracking::PoseFlags flags;  // of the newest pose; only flags that the user can clear by an action
-    DeviceLoop loop(*port, lines.lines(), params, [&](const protocol::PoseMessage& pose) {
-        stopwatch.add_pose_time(pose.time_us);
+    DeviceLoop loop(*port, lines.lines(), params, [&](const tracking::PoseEstimate<double>& pose) {
+        stopwatch.add_pose_time(to_us(pose.time));
         constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
         flags = {};
-        flags.set_if((pose.flags >> static_cast<unsigned>(kHemisphereUnknown) & 1U) != 0, kHemisphereUnknown);
+        flags.set_if(pose.flags.has(kHemisphereUnknown), kHemisphereUnknown);
         if (!relative) {
             write(pose);
         }

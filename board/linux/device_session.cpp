@@ -339,18 +339,19 @@ SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
 }
 
 SessionEvent DeviceSession::take_pose(const hal::ReceivedMessage& message) {
-    if (const WireError error = protocol::decode(message.bytes, pose_message_); error != WireError::none) {
+    protocol::PoseMessage pose;
+    if (const WireError error = protocol::decode(message.bytes, pose); error != WireError::none) {
         return refuse(error);
     }
     if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::tracker) ||
-        pose_message_.sensor >= identity_.sensors) {
+        pose.sensor >= identity_.sensors) {
         return refuse(WireError::wrong_sender);
     }
-    if (!in_order(poses_, pose_message_.sequence, counters_.lost_poses)) {
+    if (!in_order(poses_, pose.sequence, counters_.lost_poses)) {
         return SessionEvent::none;
     }
-    clock_map_.observe(device_time_us(pose_message_.time_us), message.arrival);
-    if (const WireError error = protocol::from_message(pose_message_, pose_); error != WireError::none) {
+    clock_map_.observe(device_time_us(pose.time_us), message.arrival);
+    if (const WireError error = protocol::from_message(pose, pose_); error != WireError::none) {
         ++counters_.refused;
         return refuse(error);
     }

@@ -92,7 +92,6 @@ public:
     [[nodiscard]] bool is_steady() const { return phase_ == Phase::running && heard_ - started_ >= kSteady; }
     [[nodiscard]] const MeasuredColumn<double>& column() const { return column_; }
     [[nodiscard]] const tracking::PoseEstimate<double>& pose() const { return pose_; }
-    [[nodiscard]] const protocol::PoseMessage& pose_message() const { return pose_message_; }
     [[nodiscard]] const SessionCounters& counters() const { return counters_; }
     [[nodiscard]] const protocol::WireCounters& refused() const { return refused_; }
     [[nodiscard]] const protocol::ClockMap& clock_map() const { return clock_map_; }
@@ -144,7 +143,6 @@ private:
     std::optional<protocol::StatusMessage> status_;
     MeasuredColumn<double> column_;
     tracking::PoseEstimate<double> pose_;
-    protocol::PoseMessage pose_message_;
     protocol::SequenceCheck columns_;
     protocol::SequenceCheck poses_;
     protocol::ClockMap clock_map_;

@@ -34,7 +34,7 @@ const char* to_text(linux_board::Phase phase) {
 DeviceSource::DeviceSource(const linux_board::DeviceConfig& config)
     : lines_(config.coils),
       port_(linux_board::make_port(linux_board::parse_device_uri(config.device))),
-      loop_(*port_, lines_.lines(), make_params(config, queue()), [](const protocol::PoseMessage&) {}) {}
+      loop_(*port_, lines_.lines(), make_params(config, queue()), [](const tracking::PoseEstimate<double>&) {}) {}
 
 DeviceSource::~DeviceSource() {
     loop_.stop();

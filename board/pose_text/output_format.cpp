@@ -29,8 +29,8 @@ geometry::AxisOrder axis_order(const std::string& name) {
 OutputFormat make_output_format(const OutputOptions& options) {
     constexpr std::array kUnitsPerMetre{1.0, 1e3, 1e2, 1 / 0.0254};
     OutputFormat format;
-    format.unit = options.unit;
-    format.units_per_m = kUnitsPerMetre[index_of_name("--units", options.unit, {"m", "mm", "cm", "in"})];
+    format.units.unit = options.unit;
+    format.units.units_per_m = kUnitsPerMetre[index_of_name("--units", options.unit, {"m", "mm", "cm", "in"})];
     format.boresight_first = options.boresight;
     format.tips = ToolTips(options.tips);
     if (!options.align_points.empty()) {
@@ -42,8 +42,8 @@ OutputFormat make_output_format(const OutputOptions& options) {
         }
     }
     if (!options.euler.empty()) {
-        format.euler = axis_order(options.euler);
-        format.euler_name = options.euler;
+        format.units.euler = axis_order(options.euler);
+        format.units.euler_name = options.euler;
     }
     return format;
 }

@@ -1,12 +1,11 @@
 // Output format of poses: coordinate frame, unit and Euler angles. The tracker itself uses metres and quaternions.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "board/pose_text/pose_fields.hpp"
 #include "board/support/tool_tip.hpp"
-#include "core/geometry/euler_order.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::host {
@@ -25,10 +24,7 @@ struct OutputFormat {
     ToolTips tips;
     tracking::OutputFrame<double> frame;  // of the tip
     bool boresight_first = false;
-    std::string unit = "m";
-    double units_per_m = 1;
-    std::string euler_name;
-    std::optional<geometry::AxisOrder> euler;
+    PoseUnits units;
 };
 
 /// Throws InputError, naming the option, for an invalid number, coordinate frame, unit or order of axes.

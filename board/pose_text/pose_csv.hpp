@@ -8,12 +8,6 @@
 
 namespace tricoil::host {
 
-/// True pose of the simulated sensor.
-struct TruePose {
-    Vec3<double> position_m = Vec3<double>::Zero();
-    Quat<double> q_source_sensor = Quat<double>::Identity();
-};
-
 class PoseCsv {
 public:
     /// Opens the file and writes the header. Throws like OutputFile.

@@ -2,41 +2,109 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 #include "board/pose_text/flag_names.hpp"
+#include "core/base/angle_units.hpp"
 #include "core/base/assertion.hpp"
-#include "core/protocol/convert.hpp"
+#include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {
 namespace {
 
-using P = PoseNumbers;
-using Numbers = std::span<const double>;
+using Pose = tracking::PoseEstimate<double>;
+using Row = PoseRow;
+using Units = PoseUnits;
 
-constexpr const char* kSignificant = "{:.8g}";  // the wire has 24 bits
-constexpr double kLongFrom = 1e12;  // larger numbers are written with an exponent, so that a pose has a limited length
+bool put(const Vec3<double>& v, double* out, double unit = 1) {
+    const Vec3<double> scaled = unit * v;
+    std::copy_n(scaled.data(), 3, out);
+    return true;
+}
 
-const std::array<PoseField, 12> kFields{{
-    {"sensor", {"sensor"}, 0, "", &P::sensor},
-    {"sequence", {"sequence"}, 0, "", &P::sequence},
-    {"time_us", {"time_us"}, 0, "", &P::time_us},
-    {"valid", {"valid"}, 0, "", &P::valid},
-    {"flags", {"flags"}, 0, "", &P::flags},
-    {"state", {"state"}, 0, "", &P::state},
-    {"position_m", {"x", "y", "z"}, 3, "{:.7f}", nullptr, [](const P& p) { return Numbers(p.position); }},
-    {"q_wxyz", {"qw", "qx", "qy", "qz"}, 0, "{:.9f}", nullptr, [](const P& p) { return Numbers(p.q_wxyz); }},
-    {"std_m_rad",
-     {"std_x", "std_y", "std_z", "std_rx_rad", "std_ry_rad", "std_rz_rad"},
-     3,
-     kSignificant,
-     nullptr,
-     [](const P& p) { return Numbers(p.deviation); }},
-    {"distortion_mm", {"distortion_mm"}, 0, "{:.4f}", nullptr, [](const P& p) { return Numbers(&p.distortion_mm, 1); }},
-    {"snr_db", {"snr_db"}, 0, "{:.2f}", nullptr, [](const P& p) { return Numbers(&p.snr_db, 1); }},
-    {"flag_names", {"flag_names"}, 0, ""},
+bool put(const Quat<double>& q, double* out) {
+    for (const double part : {q.w(), q.x(), q.y(), q.z()}) {
+        *out++ = part;
+    }
+    return true;
+}
+
+bool put_deviation(const Row& row, const Units& units, double* out) {
+    for (Index i = 0; i < 6; ++i) {
+        *out++ = (i < 3 ? units.units_per_m : 1) * std::sqrt(row.pose.covariance(i, i));
+    }
+    return true;
+}
+
+bool put_covariance(const Row& row, const Units& units, double* out) {
+    for (Index i = 0; i < 6; ++i) {
+        for (Index j = i; j < 6; ++j) {
+            *out++ = (i < 3 ? units.units_per_m : 1) * (j < 3 ? units.units_per_m : 1) * row.pose.covariance(i, j);
+        }
+    }
+    return true;
+}
+
+const std::array<PoseField, static_cast<std::size_t>(PoseFieldId::kCount)> kFields{{
+    {"sensor", "sensor", 1, [](const Pose& p) -> std::int64_t { return p.sensor; }},
+    {"sequence", "sequence", 1, [](const Pose& p) -> std::int64_t { return p.sequence; }},
+    {"time_us", "time_us", 1, [](const Pose& p) -> std::int64_t { return to_us(p.time); }},
+    {"valid", "valid", 1, [](const Pose& p) -> std::int64_t { return p.valid() ? 1 : 0; }},
+    {"flags", "flags", 1, [](const Pose& p) -> std::int64_t { return p.flags.bits(); }},
+    {"state", "state", 1, [](const Pose& p) { return static_cast<std::int64_t>(p.state); }},
+    {"position_{u}", "x_{u},y_{u},z_{u}", 3, nullptr,
+     [](const Row& r, const Units& u, double* out) { return put(r.pose.position_m, out, u.units_per_m); }},
+    {"q_wxyz", "qw,qx,qy,qz", 4, nullptr,
+     [](const Row& r, const Units&, double* out) { return put(r.pose.q_source_sensor, out); }},
+    {"std_{u}_rad", "std_x_{u},std_y_{u},std_z_{u},std_rx_rad,std_ry_rad,std_rz_rad", 6, nullptr, put_deviation},
+    {"covariance",
+     "cov_xx,cov_xy,cov_xz,cov_xrx,cov_xry,cov_xrz,cov_yy,cov_yz,cov_yrx,cov_yry,cov_yrz,cov_zz,cov_zrx,cov_zry,cov_zrz,"
+     "cov_rxrx,cov_rxry,cov_rxrz,cov_ryry,cov_ryrz,cov_rzrz",
+     21, nullptr, put_covariance},
+    {"distortion_mm", "distortion_mm", 1, nullptr,
+     [](const Row& r, const Units&, double* out) { return *out = 1e3 * r.pose.distortion_m, true; }},
+    {"snr_db", "snr_db", 1, nullptr, [](const Row& r, const Units&, double* out) { return *out = r.pose.snr_db, true; }},
+    {"flag_names", "flag_names", 0},
+    {"predicted_error_mm", "predicted_error_mm", 1, nullptr,
+     [](const Row& r, const Units&, double* out) {
+         return r.pose.predicted_error && (*out = 1e3 * r.pose.predicted_error->total.position_m, true);
+     }},
+    {"predicted_error_deg", "predicted_error_deg", 1, nullptr,
+     [](const Row& r, const Units&, double* out) {
+         return r.pose.predicted_error && (*out = kDegrees * r.pose.predicted_error->total.rotation_rad, true);
+     }},
+    {"couplings", "x11,x21,x31,x12,x22,x32,x13,x23,x33", 9, nullptr,
+     [](const Row& r, const Units&, double* out) { return std::copy_n(r.pose.signal_matrix.data(), 9, out), true; }},
+    {"true_position_{u}", "true_x_{u},true_y_{u},true_z_{u}", 3, nullptr,
+     [](const Row& r, const Units& u, double* out) {
+         return r.truth != nullptr && put(r.truth->position_m, out, u.units_per_m);
+     }},
+    {"true_q_wxyz", "true_qw,true_qx,true_qy,true_qz", 4, nullptr,
+     [](const Row& r, const Units&, double* out) { return r.truth != nullptr && put(r.truth->q_source_sensor, out); }},
+    {"error_position_m", "error_position_m", 1, nullptr,
+     [](const Row& r, const Units&, double* out) {
+         return r.truth != nullptr && (*out = (r.pose.position_m - r.truth->position_m).norm(), true);
+     }},
+    {"error_orientation_rad", "error_orientation_rad", 1, nullptr,
+     [](const Row& r, const Units&, double* out) {
+         return r.truth != nullptr && (*out = geometry::angle_between(r.pose.q_source_sensor, r.truth->q_source_sensor), true);
+     }},
+    {"euler_{e}_deg", "euler_{e}_1_deg,euler_{e}_2_deg,euler_{e}_3_deg", 3, nullptr,
+     [](const Row& r, const Units& u, double* out) {
+         return u.euler && put(geometry::euler_angles<double>(r.pose.q_source_sensor, *u.euler), out, kDegrees);
+     }},
+    {"velocity_{u}_s", "vx_{u}_s,vy_{u}_s,vz_{u}_s", 3, nullptr,
+     [](const Row& r, const Units& u, double* out) {
+         return r.velocity_m_s != nullptr && put(*r.velocity_m_s, out, u.units_per_m);
+     }},
+    {"rate_rad_s", "wx_rad_s,wy_rad_s,wz_rad_s", 3, nullptr,
+     [](const Row& r, const Units&, double* out) { return r.rate_rad_s != nullptr && put(*r.rate_rad_s, out); }},
+    {"utc_s", "utc_s", 1, nullptr,
+     [](const Row& r, const Units&, double* out) { return r.utc && (*out = static_cast<double>(to_us(*r.utc)) / 1e6, true); }},
 }};
-constexpr std::size_t kDeviation = 8;
 
 /// Appends to a buffer that must be large enough.
 class Text {
@@ -44,26 +112,26 @@ public:
     explicit Text(std::span<char> out) : out_(out) {}
 
     template <typename... Values>
-    void print(std::string_view format, const Values&... values) {
+    void print(fmt::format_string<Values...> format, Values&&... values) {
         const auto free = out_.subspan(size_);
-        const std::size_t size = fmt::format_to_n(free.data(), free.size(), fmt::runtime(format), values...).size;
+        const std::size_t size = fmt::format_to_n(free.data(), free.size(), format, std::forward<Values>(values)...).size;
         TRICOIL_ASSERT(size <= free.size());
         size_ += size;
     }
-    /// not_finite: text for NaN and infinity.
-    void put_numbers(const PoseField& field, Numbers numbers, const char* not_finite) {
-        for (std::size_t i = 0; i < numbers.size(); ++i) {
-            print(i == 0 ? "" : ",");
-            const bool is_long = std::abs(numbers[i]) >= kLongFrom;
-            print(!std::isfinite(numbers[i]) ? not_finite : is_long ? kSignificant : field.format, numbers[i]);
+    /// `text` with the unit and the order of axes in place.
+    void put_name(std::string_view text, const Units& units) {
+        for (std::size_t at = text.find('{'); at != std::string_view::npos; at = text.find('{')) {
+            print("{}{}", text.substr(0, at), text[at + 1] == 'u' ? units.unit : units.euler_name);
+            text.remove_prefix(at + 3);
         }
+        print("{}", text);
     }
-    void put_flag_names(std::int64_t flags) {
+    void put_flag_names(std::uint32_t flags) {
         bool is_first = true;
         const auto names = flag_names();
         for (std::size_t bit = 0; bit < names.size(); ++bit) {
-            if ((flags >> bit & 1) != 0) {
-                print(is_first ? "{}" : " {}", names[bit]);
+            if ((flags >> bit & 1U) != 0) {
+                print("{}{}", is_first ? "" : " ", names[bit]);
                 is_first = false;
             }
         }
@@ -75,113 +143,77 @@ private:
     std::size_t size_ = 0;
 };
 
+std::string with_units(const char* text, const Units& units) {
+    std::array<char, 256> buffer{};
+    Text name(buffer);
+    name.put_name(text, units);
+    return {buffer.data(), name.size()};
+}
+
 }  // namespace
 
-std::span<const PoseField> pose_fields() { return kFields; }
+const PoseField& pose_field(PoseFieldId id) { return kFields.at(static_cast<std::size_t>(id)); }
 
-bool is_deviation(const PoseField& field) { return &field == &kFields[kDeviation]; }
+std::string pose_key(const PoseField& field, const PoseUnits& units) { return with_units(field.key, units); }
 
-PoseNumbers numbers_of(const protocol::PoseMessage& m) {
-    PoseNumbers n{m.sensor,
-                  m.sequence,
-                  m.time_us,
-                  (m.flags & tracking::kInvalidating.bits()) == 0 ? 1 : 0,
-                  m.flags,
-                  m.tracker_state,
-                  {},
-                  {},
-                  {},
-                  1e3 * m.distortion / protocol::kDistortionPerMetre,
-                  1e-2 * m.snr_cdb};
-    for (std::size_t i = 0; i < 3; ++i) {
-        n.position[i] = m.position[i] / protocol::kPositionPerMetre;
-    }
-    for (std::size_t i = 0; i < 4; ++i) {
-        n.q_wxyz[i] = m.quaternion[i] / protocol::kQuaternionPerUnit;
-    }
-    for (std::size_t i = 0; i < 6; ++i) {
-        n.deviation[i] = m.deviation[i] / protocol::kDeviationPerUnit;
-    }
-    return n;
-}
-
-PoseNumbers numbers_of(const tracking::PoseEstimate<double>& e, double units_per_m) {
-    const Quat<double>& q = e.q_source_sensor;
-    PoseNumbers n{e.sensor,
-                  e.sequence,
-                  to_us(e.time),
-                  e.valid() ? 1 : 0,
-                  e.flags.bits(),
-                  static_cast<std::int64_t>(e.state),
-                  {},
-                  {q.w(), q.x(), q.y(), q.z()},
-                  {},
-                  1e3 * e.distortion_m,
-                  e.snr_db};
-    for (std::size_t i = 0; i < 6; ++i) {
-        const auto k = static_cast<Index>(i);
-        const double unit = i < 3 ? units_per_m : 1;
-        n.deviation[i] = unit * std::sqrt(e.covariance(k, k));
-        if (i < 3) {
-            n.position[i] = unit * e.position_m(k);
-        }
-    }
-    return n;
-}
-
-std::string pose_column_names(std::string_view unit, std::string_view instead_of_deviation) {
+std::string pose_column_names(PoseForm form, const PoseUnits& units) {
     std::string names;
-    for (const PoseField& field : kFields) {
-        if (!instead_of_deviation.empty() && (is_deviation(field) || field.is_names())) {
-            names.append(is_deviation(field) ? "," : "").append(is_deviation(field) ? instead_of_deviation : "");
-            continue;
-        }
-        for (std::size_t i = 0; i < field.names.size() && field.names[i] != nullptr; ++i) {
-            names.append(names.empty() ? "" : ",").append(field.names[i]);
-            if (i < field.lengths) {
-                names.append("_").append(unit);
-            }
-        }
-    }
+    for_each_field(form, units, [&](const PoseField& field) {
+        names.append(names.empty() ? "" : ",").append(with_units(field.columns, units));
+    });
     return names;
 }
 
-std::size_t put_csv(const PoseNumbers& pose, std::span<char> out) {
+std::size_t put_csv(const PoseRow& row, PoseForm form, const PoseUnits& units, std::span<char> out) {
     Text text(out);
-    for (const PoseField& field : kFields) {
-        text.print(text.size() == 0 ? "" : ",");
+    for_each_field(form, units, [&](const PoseField& field) {
+        text.print("{}", text.size() == 0 ? "" : ",");
+        std::array<double, PoseField::kMostNumbers> numbers{};
         if (field.integer != nullptr) {
-            text.print("{}", pose.*field.integer);
+            text.print("{}", field.integer(row.pose));
         } else if (field.is_names()) {
-            text.put_flag_names(pose.flags);
+            text.put_flag_names(row.pose.flags.bits());
+        } else if (field.numbers(row, units, numbers.data())) {
+            text.print("{}", fmt::join(numbers.begin(), numbers.begin() + field.count, ","));
         } else {
-            text.put_numbers(field, field.numbers(pose), "{}");
+            text.print("{:,<{}}", "", field.count - 1);
         }
-    }
+    });
     return text.size();
 }
 
-std::size_t put_json(const PoseNumbers& pose, std::span<char> out) {
+std::size_t put_json(const PoseRow& row, PoseForm form, const PoseUnits& units, std::span<char> out) {
     Text text(out);
-    for (const PoseField& field : kFields) {
-        text.print(text.size() == 0 ? "{{\"{}\":" : ",\"{}\":", field.key);
+    for_each_field(form, units, [&](const PoseField& field) {
+        text.print("{}\"", text.size() == 0 ? "{" : ",");
+        text.put_name(field.key, units);
+        text.print("\":");
+        std::array<double, PoseField::kMostNumbers> numbers{};
         if (field.integer != nullptr) {
-            text.print("{}", pose.*field.integer);
-            continue;
-        }
-        if (field.is_names()) {
+            text.print("{}", field.integer(row.pose));
+        } else if (field.is_names()) {
             text.print("\"");
-            text.put_flag_names(pose.flags);
+            text.put_flag_names(row.pose.flags.bits());
             text.print("\"");
-            continue;
+        } else if (!field.numbers(row, units, numbers.data())) {
+            text.print("null");
+        } else {
+            text.print("{}", field.count > 1 ? "[" : "");
+            for (std::size_t i = 0; i < field.count; ++i) {
+                text.print("{}", i == 0 ? "" : ",");
+                std::isfinite(numbers[i]) ? text.print("{}", numbers[i]) : text.print("null");
+            }
+            text.print("{}", field.count > 1 ? "]" : "");
         }
-        const Numbers numbers = field.numbers(pose);
-        text.print(numbers.size() > 1 ? "[" : "");
-        text.put_numbers(field, numbers, "null");
-        text.print(numbers.size() > 1 ? "]" : "");
-    }
+    });
     text.print("}}");
     return text.size();
+}
+
+std::string pose_line(const PoseRow& row, PoseFormat format, PoseForm form, const PoseUnits& units) {
+    std::array<char, kLongestPoseText> text;  // not set to zero: this is called for every pose
+    const std::size_t size = format == PoseFormat::csv ? put_csv(row, form, units, text) : put_json(row, form, units, text);
+    return std::string(text.data(), size) + '\n';
 }
 
 }  // namespace tricoil::host

@@ -1,68 +1,136 @@
-// Fields of a pose in all text forms: names, order, units and number formats.
+// Fields of a pose in all text forms: the one table of names, order and units. Every number is the shortest decimal that reads
+// back as the same bits, so a pose is the same in every form.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 
-#include "core/protocol/messages.hpp"
+#include "board/support/wall_clock.hpp"
+#include "core/base/flag_set.hpp"
+#include "core/geometry/euler_order.hpp"
 #include "core/tracking/pose_estimate.hpp"
 
 namespace tricoil::host {
 
-/// Content of the fields. Lengths in the unit of the output, angles in rad.
-struct PoseNumbers {
-    std::int64_t sensor = 0;
-    std::int64_t sequence = 0;
-    std::int64_t time_us = 0;
-    std::int64_t valid = 0;
-    std::int64_t flags = 0;
-    std::int64_t state = 0;
-    std::array<double, 3> position{};
-    std::array<double, 4> q_wxyz{};
-    std::array<double, 6> deviation{};  // position, then small rotation
-    double distortion_mm = 0;
-    double snr_db = 0;
+/// In the order in which every form has them.
+enum class PoseFieldId : std::uint8_t {
+    sensor,
+    sequence,
+    time_us,
+    valid,
+    flags,
+    state,
+    position,
+    attitude,
+    deviation,
+    covariance,
+    distortion,
+    snr,
+    flag_names,
+    predicted_position,
+    predicted_rotation,
+    couplings,
+    true_position,
+    true_attitude,
+    position_error,
+    orientation_error,
+    euler,
+    velocity,
+    rate,
+    utc,
+    kCount,
 };
 
-/// Numbers of the wire message, without loss.
-PoseNumbers numbers_of(const protocol::PoseMessage& message);
-/// units_per_m: unit of the output.
-PoseNumbers numbers_of(const tracking::PoseEstimate<double>& estimate, double units_per_m = 1);
+/// A form is the set of its fields.
+using PoseForm = FlagSet<PoseFieldId>;
 
-/// One field: an integer, up to six numbers, or the names of the flags.
+constexpr PoseForm kPoseHead{PoseFieldId::sensor, PoseFieldId::sequence, PoseFieldId::time_us,  PoseFieldId::valid,
+                             PoseFieldId::flags,  PoseFieldId::state,    PoseFieldId::position, PoseFieldId::attitude};
+/// CSV and JSON lines.
+constexpr PoseForm kPoseForm =
+    kPoseHead | PoseForm{PoseFieldId::deviation,  PoseFieldId::distortion,         PoseFieldId::snr,
+                         PoseFieldId::flag_names, PoseFieldId::predicted_position, PoseFieldId::predicted_rotation,
+                         PoseFieldId::euler};
+constexpr PoseForm kServedForm = kPoseForm | PoseForm{PoseFieldId::utc};
+/// CSV of a simulated run.
+constexpr PoseForm kScoredForm = kPoseForm | PoseForm{PoseFieldId::true_position, PoseFieldId::true_attitude,
+                                                      PoseFieldId::position_error, PoseFieldId::orientation_error};
+/// poses.csv of a recording: what a replay reproduces.
+constexpr PoseForm kRecordedForm =
+    kPoseHead |
+    PoseForm{PoseFieldId::covariance,         PoseFieldId::distortion, PoseFieldId::snr,  PoseFieldId::predicted_position,
+             PoseFieldId::predicted_rotation, PoseFieldId::couplings,  PoseFieldId::euler};
+constexpr PoseForm kSmoothedForm = kRecordedForm | PoseForm{PoseFieldId::velocity, PoseFieldId::rate};
+
+/// Unit of lengths, and Euler angles.
+struct PoseUnits {
+    std::string unit = "m";
+    double units_per_m = 1;
+    std::string euler_name;  // order of axes, for example zyx
+    std::optional<geometry::AxisOrder> euler = std::nullopt;
+};
+
+/// True pose of a simulated sensor.
+struct TruePose {
+    Vec3<double> position_m = Vec3<double>::Zero();
+    Quat<double> q_source_sensor = Quat<double>::Identity();
+};
+
+/// A pose, and what only some sources have. A field without content is empty in CSV and null in JSON.
+struct PoseRow {
+    const tracking::PoseEstimate<double>& pose;
+    const TruePose* truth = nullptr;
+    const Vec3<double>* velocity_m_s = nullptr;
+    const Vec3<double>* rate_rad_s = nullptr;
+    std::optional<UtcTime> utc = std::nullopt;
+};
+
+/// One field: an integer, numbers, or the names of the flags.
 struct PoseField {
-    const char* key;                               // JSON
-    std::array<const char*, 6> names;              // CSV columns, without unit
-    std::size_t lengths;                           // number of leading columns that are lengths
-    const char* format;                            // fmt format of one number
-    std::int64_t PoseNumbers::*integer = nullptr;  // null: the field holds numbers
-    std::span<const double> (*numbers)(const PoseNumbers&) = nullptr;
+    static constexpr std::size_t kMostNumbers = 21;
+
+    const char* key;      // JSON; {u} stands for the unit
+    const char* columns;  // CSV, separated by commas; {u} for the unit, {e} for the order of axes
+    std::size_t count;    // numbers
+    std::int64_t (*integer)(const tracking::PoseEstimate<double>&) = nullptr;
+    /// Writes `count` numbers; false if there are none.
+    bool (*numbers)(const PoseRow&, const PoseUnits&, double* out) = nullptr;
 
     /// The names of the flags, separated by spaces.
     [[nodiscard]] bool is_names() const { return integer == nullptr && numbers == nullptr; }
 };
 
-/// All fields, in the order in which every text form has them.
-std::span<const PoseField> pose_fields();
+const PoseField& pose_field(PoseFieldId id);
 
-/// The field of the standard deviations. A form with the whole covariance replaces it.
-bool is_deviation(const PoseField& field);
+/// Fields of the form, in order. Euler angles only with an order of axes.
+template <typename Visit>
+void for_each_field(PoseForm form, const PoseUnits& units, Visit&& visit) {
+    for (std::size_t n = 0; n < static_cast<std::size_t>(PoseFieldId::kCount); ++n) {
+        const auto id = static_cast<PoseFieldId>(n);
+        if (form.has(id) && (id != PoseFieldId::euler || units.euler)) {
+            visit(pose_field(id));
+        }
+    }
+}
 
-/// Column names of the fields, separated by commas; `unit` is appended to names of lengths. instead_of_deviation: names of the
-/// columns that replace the standard deviations, if any; such a form has no names of flags.
-std::string pose_column_names(std::string_view unit = "m", std::string_view instead_of_deviation = {});
+/// Key of a field with the unit in place.
+std::string pose_key(const PoseField& field, const PoseUnits& units);
 
-/// Additional columns of forms that have the error budget.
-constexpr std::string_view kPredictedErrorNames = "predicted_error_mm,predicted_error_deg";
+/// Header of a CSV file, without line feed.
+std::string pose_column_names(PoseForm form, const PoseUnits& units = {});
 
-/// Values of all fields, separated by commas, or one JSON object, with null for NaN and infinity; without line feed. No heap.
+/// Values of the fields, separated by commas, or one JSON object, with null for NaN and infinity; without line feed. No heap.
 /// Returns the number of characters, at most kLongestPoseText.
-std::size_t put_csv(const PoseNumbers& pose, std::span<char> out);
-std::size_t put_json(const PoseNumbers& pose, std::span<char> out);
-constexpr std::size_t kLongestPoseText = 1024;
+std::size_t put_csv(const PoseRow& row, PoseForm form, const PoseUnits& units, std::span<char> out);
+std::size_t put_json(const PoseRow& row, PoseForm form, const PoseUnits& units, std::span<char> out);
+constexpr std::size_t kLongestPoseText = 2048;
+
+enum class PoseFormat : std::uint8_t { csv, json };
+
+/// One line, with line feed.
+std::string pose_line(const PoseRow& row, PoseFormat format, PoseForm form = kPoseForm, const PoseUnits& units = {});
 
 }  // namespace tricoil::host

@@ -5,7 +5,7 @@
 
 #include "board/pose_text/candump.hpp"
 #include "board/pose_text/mcap/mcap_poses.hpp"
-#include "board/pose_text/pose_lines.hpp"
+#include "board/pose_text/pose_fields.hpp"
 #include "board/record/column_means.hpp"
 #include "board/record/rest_couplings.hpp"
 #include "board/support/components.hpp"
@@ -48,22 +48,14 @@ Form lines_form(const Put& put, std::string (*line)(const Pose&)) {
     return {[&put, line](const Pose& pose) { put(line(pose)); }};
 }
 
-std::string csv_line(const Pose& pose) {
-    std::array<char, kLongestPoseText> text{};
-    return std::string(text.data(), put_csv(numbers_of(pose), text)) + "\n";
-}
-
-std::string json_line(const Pose& pose) {
-    PoseLineBuffer buffer{};
-    return std::string(pose_line(protocol::to_message(pose), PoseFormat::json, buffer));
-}
-
 Form csv_form(const Put& put) {
-    put(pose_column_names() + "\n");
-    return lines_form(put, csv_line);
+    put(pose_column_names(kPoseForm) + "\n");
+    return lines_form(put, [](const Pose& pose) { return pose_line({pose}, PoseFormat::csv); });
 }
 
-Form json_form(const Put& put) { return lines_form(put, json_line); }
+Form json_form(const Put& put) {
+    return lines_form(put, [](const Pose& pose) { return pose_line({pose}, PoseFormat::json); });
+}
 
 Form candump_form(const Put& put) {
     return lines_form(put, [](const Pose& pose) { return candump_line(protocol::to_message(pose)); });

@@ -76,11 +76,6 @@ private:
     std::size_t at_ = 0;
 };
 
-// The covariance in place of the standard deviations.
-constexpr std::string_view kCovarianceNames =
-    "cov_xx,cov_xy,cov_xz,cov_xrx,cov_xry,cov_xrz,cov_yy,cov_yz,cov_yrx,cov_yry,cov_yrz,cov_zz,cov_zrx,cov_zry,cov_zrz,"
-    "cov_rxrx,cov_rxry,cov_rxrz,cov_ryry,cov_ryrz,cov_rzrz";
-
 std::string text_of(const Vec3<double>& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }
 
 }  // namespace
@@ -113,8 +108,7 @@ const std::array<std::string, 3>& record_headers() {
     static const std::array<std::string, 3> headers{
         "kind,sensor,time_us,state,state_sequence,sequence,flags,in_phase_1,in_phase_2,in_phase_3,quadrature_1,quadrature_2,"
         "quadrature_3,sigma_1,sigma_2,sigma_3,gain_step,level_1,level_2,level_3",
-        fmt::format("{},{},x11,x21,x31,x12,x22,x32,x13,x23,x33", pose_column_names("m", kCovarianceNames), kPredictedErrorNames),
-        "time_us,sensor,event,detail"};
+        pose_column_names(kRecordedForm), "time_us,sensor,event,detail"};
     return headers;
 }
 
@@ -125,36 +119,8 @@ std::string_view old_input_header() {
 }
 
 std::string line_of(const tracking::PoseEstimate<double>& e) {
-    fmt::memory_buffer line;
-    const auto add = [&](const auto& value) {
-        fmt::format_to(std::back_inserter(line), "{}{}", line.size() == 0 ? "" : ",", value);
-    };
-    const PoseNumbers numbers = numbers_of(e);
-    for (const PoseField& field : pose_fields()) {
-        if (is_deviation(field)) {
-            for (int i = 0; i < 6; ++i) {
-                for (int j = i; j < 6; ++j) {
-                    add(e.covariance(i, j));
-                }
-            }
-        } else if (field.integer != nullptr) {
-            add(numbers.*field.integer);
-        } else if (!field.is_names()) {
-            for (const double number : field.numbers(numbers)) {
-                add(number);
-            }
-        }
-    }
-    if (e.predicted_error) {
-        fmt::format_to(std::back_inserter(line), ",{},{}", 1e3 * e.predicted_error->total.position_m,
-                       kDegrees * e.predicted_error->total.rotation_rad);
-    } else {
-        fmt::format_to(std::back_inserter(line), ",,");
-    }
-    for (const double x : e.signal_matrix.reshaped()) {
-        fmt::format_to(std::back_inserter(line), ",{}", x);
-    }
-    return fmt::to_string(line);
+    std::array<char, kLongestPoseText> text;
+    return {text.data(), put_csv({e}, kRecordedForm, {}, text)};
 }
 
 TrackerInput parse_input(std::string_view line, const std::string& where) {

@@ -34,6 +34,24 @@ TEST(Smooth, RunPrintsBoth) {
     EXPECT_THAT(tricoil("run --duration 1 --smooth").out, HasSubstr("smoothed     RMS"));
 }
 
+/// The smoother gets poses from which metal has been removed.
+TEST(Smooth, TwoBandsStayFreeOfMetal) {
+    const std::string metal =
+        "--fidelity columns --mux dual-band --tracker dual-band --fault "
+        "metal:rod,material=304,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0 ";
+    for (const std::string scenario : {"still", "hand"}) {
+        const auto json = tricoil("run --json --smooth --duration 2 --scenario " + scenario + " " + metal).json();
+        EXPECT_LT(json["smoothed_position_rms_m"].get<double>(), json["position_rms_m"].get<double>()) << scenario;
+        EXPECT_LT(json["smoothed_orientation_rms_deg"].get<double>(), json["orientation_rms_deg"].get<double>()) << scenario;
+    }
+    const std::string take = path_in_temp("smooth_two_bands");
+    std::filesystem::remove_all(take);
+    const auto live = tricoil("run --json --smooth --duration 2 --scenario still " + metal + "--record " + take).json();
+    const auto result = tricoil("smooth --json " + take + " --out " + take + ".csv");
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_GT(result.json()["position_std_m"].get<double>(), 0.3 * live["smoothed_position_rms_m"].get<double>());
+}
+
 TEST(Smooth, BadInputIsRefusedInOneLine) {
     const std::string take = path_in_temp("smooth_short");
     std::filesystem::remove_all(take);

@@ -14,7 +14,7 @@ protected:
         params.session.hemisphere = Vec3<double>(0, 1e300, 0);
         params.session.confined = confined;
         loop.emplace(port, HostLines{nullptr, nullptr, nullptr}, params,
-                     [this](const protocol::PoseMessage& pose) { delivered_ = pose; });
+                     [this](const tracking::PoseEstimate<double>& pose) { delivered_ = pose; });
     }
     void SetUp() override {
         for (int n = 0; n < 5 && loop->session().phase() != Phase::running; ++n) {
@@ -32,7 +32,7 @@ protected:
         port.say(message);
         loop->step();
     }
-    protocol::PoseMessage delivered_;
+    tracking::PoseEstimate<double> delivered_;
 };
 
 class LoopOfBoardWithTip : public LoopOfBoard {
@@ -42,10 +42,10 @@ protected:
 
 TEST_F(LoopOfBoardWithTip, DeliversThePosesOfTheTip) {
     pose(0.4, true);
-    EXPECT_NEAR(delivered_.position[0] / protocol::kPositionPerMetre, 0.1, 1e-6);
-    EXPECT_NEAR(delivered_.position[1] / protocol::kPositionPerMetre, 0.4, 1e-6);
-    EXPECT_EQ(delivered_.sequence, loop->session().pose_message().sequence);
-    EXPECT_EQ(delivered_.time_us, loop->session().pose_message().time_us);
+    EXPECT_NEAR(delivered_.position_m(0), 0.1, 1e-6);
+    EXPECT_NEAR(delivered_.position_m(1), 0.4, 1e-6);
+    EXPECT_EQ(delivered_.sequence, loop->session().pose().sequence);
+    EXPECT_EQ(delivered_.time, loop->session().pose().time);
 }
 
 class ConfinedLoopOfBoard : public LoopOfBoard {

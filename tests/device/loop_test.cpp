@@ -53,7 +53,7 @@ protected:
         make_loop();
     }
     void make_loop() {
-        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [this](const protocol::PoseMessage& pose) {
+        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [this](const tracking::PoseEstimate<double>& pose) {
             pose_ = pose;
             without_side_ += side_is_unknown() ? 1 : 0;
         });
@@ -73,10 +73,8 @@ protected:
             loop->step();
         }
     }
-    [[nodiscard]] bool side_is_unknown() const {
-        return (unsigned{pose_.flags} >> static_cast<unsigned>(tracking::PoseFlag::hemisphere_unknown) & 1U) != 0;
-    }
-    [[nodiscard]] double x_m() const { return pose_.position[0] / protocol::kPositionPerMetre; }
+    [[nodiscard]] bool side_is_unknown() const { return pose_.flags.has(tracking::PoseFlag::hemisphere_unknown); }
+    [[nodiscard]] double x_m() const { return pose_.position_m(0); }
     void see_frames(int count) {
         for (int frame = 0; frame < count; ++frame) {
             see(0);
@@ -89,7 +87,7 @@ protected:
 
     virtual void do_measure(protocol::ColumnMessage& /*column*/) {}  // changes the ideal column
 
-    protocol::PoseMessage pose_;
+    tracking::PoseEstimate<double> pose_;
     int without_side_ = 0;
     Vec3<double> position_m_{0.4, 0.1, 0.05};
     std::uint64_t excited_before_ = 0;  // in earlier sessions
@@ -219,9 +217,7 @@ TEST_F(LoopWithSensor, ARefusedColumnIsNotTheNewest) {
 }
 
 TEST_F(LoopWithSensor, FlagsPosesAfterALostOrRefusedColumn) {
-    const auto is_flagged = [&] {
-        return (unsigned{pose_.flags} >> static_cast<unsigned>(tracking::PoseFlag::columns_missing) & 1U) != 0;
-    };
+    const auto is_flagged = [&] { return pose_.flags.has(tracking::PoseFlag::columns_missing); };
     see_frames(10);
     EXPECT_FALSE(is_flagged());
     ++next;  // a message is lost

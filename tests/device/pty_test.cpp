@@ -60,6 +60,8 @@ TEST_F(Pty, TracksBitForBitWithoutLoss) {
     plug_in("--duration 4");
     ASSERT_EQ(tricoil("run --json --device " + device + " --duration 2 --out " + in("poses.csv")), 0) << err;
     expect_equal_poses(in("poses.csv"), {}, 2, 1400);
+    const CsvTable poses = table(in("poses.csv"));
+    EXPECT_GT(poses.number(poses.rows() - 1, "predicted_error_mm"), 0);
     const json summary = json::parse(lines(out).back());
     EXPECT_EQ(summary["columns_lost"], 0);
     EXPECT_EQ(summary["starts"], 1);

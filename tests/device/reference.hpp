@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "board/pose_text/pose_lines.hpp"
+#include "board/pose_text/pose_fields.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
@@ -21,8 +21,8 @@ inline std::shared_ptr<const sim::Scenario> default_scenario() {
     return std::make_shared<sim::Scenario>(host::load_scenario("hand", 1));
 }
 
-/// Poses of the first `duration_s`, with the resolution of the wire format.
-inline std::vector<protocol::PoseMessage> reference_poses(sim::FrontEndParams params, double duration_s) {
+/// Poses of the first `duration_s`.
+inline std::vector<tracking::PoseEstimate<double>> reference_poses(sim::FrontEndParams params, double duration_s) {
     params.scenario = default_scenario();
     sim::ColumnSource source(params);
     auto tracker_params = source.tracker_params();
@@ -32,7 +32,7 @@ inline std::vector<protocol::PoseMessage> reference_poses(sim::FrontEndParams pa
         tracker_params.method = tracking::dual_band_params(source.plan().block_s());
     }
     tracking::AnyTracker<double> tracker(tracker_params);
-    std::vector<protocol::PoseMessage> poses;
+    std::vector<tracking::PoseEstimate<double>> poses;
     std::uint32_t number = 0;
     for (std::uint32_t slot = 0; source.elapsed_s() + source.plan().block_s() <= duration_s + 1e-9; ++slot) {
         const Excitation state = source.plan().is_tdm() ? single_coil(static_cast<int>(slot % 3)) : Excitation::all;
@@ -43,7 +43,7 @@ inline std::vector<protocol::PoseMessage> reference_poses(sim::FrontEndParams pa
                 continue;
             }
             if (const auto pose = tracker.update(received)) {
-                poses.push_back(protocol::to_message(*pose));
+                poses.push_back(*pose);
             }
         }
     }
@@ -62,10 +62,9 @@ inline std::vector<std::string> lines(const std::string& text) {
 /// Compares the received poses with the reference: equal in every digit.
 inline void expect_equal_poses(const std::string& csv, const sim::FrontEndParams& params, double duration_s,
                                std::size_t at_least) {
-    std::string reference = host::pose_column_names() + '\n';
-    host::PoseLineBuffer buffer{};
+    std::string reference = host::pose_column_names(host::kPoseForm) + '\n';
     for (const auto& pose : reference_poses(params, duration_s + 1)) {
-        reference += host::pose_line(pose, host::PoseFormat::csv, buffer);
+        reference += host::pose_line({pose}, host::PoseFormat::csv);
     }
     const auto got = lines(read_text(csv));
     const auto expected = lines(reference);

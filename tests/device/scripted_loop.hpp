@@ -105,7 +105,7 @@ class Loop : public ::testing::Test {
 protected:
     Loop() {
         params.session.host_drives_coils = true;
-        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [](const protocol::PoseMessage&) {});
+        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [](const tracking::PoseEstimate<double>&) {});
     }
     void SetUp() override {
         for (int n = 0; n < 5 && loop->session().phase() != Phase::running; ++n) {

@@ -19,7 +19,7 @@ TEST(Sustained, LosesNothingAndTouchesNoHeap) {
                                    TRICOIL_FRONT_END, duration_s));
     drivers::CanPort port({"vcan0", 0, drivers::CanSide::host});
     std::uint64_t poses = 0;
-    linux_board::DeviceLoop loop(port, {}, {}, [&](const protocol::PoseMessage&) { ++poses; });
+    linux_board::DeviceLoop loop(port, {}, {}, [&](const tracking::PoseEstimate<double>&) { ++poses; });
     while (loop.session().phase() != linux_board::Phase::running) {
         loop.step();
     }

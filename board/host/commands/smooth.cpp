@@ -6,6 +6,7 @@
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/smooth/smoothing_tap.hpp"
+#include "board/pose_text/pose_fields.hpp"
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
@@ -22,19 +23,11 @@ struct SmoothCommand {
     bool json = false;
 };
 
-constexpr std::string_view kRateNames = "vx_m_s,vy_m_s,vz_m_s,wx_rad_s,wy_rad_s,wz_rad_s";
-
 struct Totals {
     std::size_t poses = 0;
     std::size_t valid = 0;
     double position_variance_m2 = 0;  // sum over the valid poses
 };
-
-std::string smoothed_line(const SmoothedPose& smoothed) {
-    const Vec3<double>& v = smoothed.velocity_m_s;
-    const Vec3<double>& w = smoothed.rate_rad_s;
-    return fmt::format("{},{},{},{},{},{},{}\n", line_of(smoothed.pose), v.x(), v.y(), v.z(), w.x(), w.y(), w.z());
-}
 
 /// Passes a recorded input to the smoother.
 void take(const TrackerInput& input, const TrackerSettings& settings, SmoothingTap& tap, const std::string& where) {
@@ -72,7 +65,7 @@ int smooth(const SmoothCommand& command) {
     }
     recording.refuse_as_output(command.out);
     OutputFile file(command.out);
-    file.write(fmt::format("{},{}\n", record_headers()[static_cast<std::size_t>(RecordFile::poses)], kRateNames));
+    file.write(pose_column_names(kSmoothedForm) + "\n");
     Totals totals;
     SmoothingTap tap([&](const SmoothedPose& smoothed) {
         ++totals.poses;
@@ -80,7 +73,8 @@ int smooth(const SmoothCommand& command) {
             ++totals.valid;
             totals.position_variance_m2 += smoothed.pose.covariance.topLeftCorner<3, 3>().trace();
         }
-        file.write(smoothed_line(smoothed));
+        file.write(
+            pose_line({smoothed.pose, nullptr, &smoothed.velocity_m_s, &smoothed.rate_rad_s}, PoseFormat::csv, kSmoothedForm));
     });
     tap.begin(*recording.settings());
     RecordLines inputs(command.recording, RecordFile::inputs);

@@ -1,7 +1,8 @@
-// Runs the SCAAT filter and the smoother on the inputs of trackers, for all sensors.
+// Runs the SCAAT filter and the smoother on the inputs of trackers, for all sensors. With two bands, metal is removed first.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "board/host/smooth/smoother.hpp"
@@ -24,11 +25,16 @@ public:
 
 private:
     struct Sensor {
-        tracking::AnyTracker<double> tracker;
-        Smoother smoother;
+        Sensor(const Settings& settings, const Smoother::Receiver& receiver);
 
-        Sensor(const Settings& settings, const Smoother::Receiver& receiver)
-            : tracker(settings.tracker, settings.calibration), smoother(receiver) {}
+        void take(const Column<double>& column);
+        std::optional<tracking::PoseEstimate<double>> filter_without_metal(const tracking::PoseEstimate<double>& pose);
+
+        std::optional<tracking::AnyTracker<double>> both_bands;  // removes metal before the filter; empty: one band
+        std::optional<tracking::AnyTracker<double>> filter;      // always has a value
+        Smoother smoother;
+        double coupling_constant;
+        std::uint32_t columns = 0;  // of the filter, with two bands
     };
 
     void do_begin(const Settings& settings) override;

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -52,22 +53,18 @@ using Poses = std::vector<tracking::PoseEstimate<double>>;
 
 /// One column for each number of the field.
 Variable column_of(const Poses& poses, const PoseField& field) {
-    std::size_t width = 1;
-    while (width < field.names.size() && field.names[width] != nullptr) {
-        ++width;
-    }
-    std::vector<double> values(width * poses.size());
+    std::vector<double> values(field.count * poses.size(), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t row = 0; row < poses.size(); ++row) {
-        const PoseNumbers numbers = numbers_of(poses[row]);
+        std::array<double, PoseField::kMostNumbers> numbers{};
         if (field.integer != nullptr) {
-            values[row] = static_cast<double>(numbers.*field.integer);
-            continue;
-        }
-        for (std::size_t i = 0; i < width; ++i) {
-            values[i * poses.size() + row] = field.numbers(numbers)[i];
+            values[row] = static_cast<double>(field.integer(poses[row]));
+        } else if (field.numbers({poses[row]}, {}, numbers.data())) {
+            for (std::size_t i = 0; i < field.count; ++i) {
+                values[i * poses.size() + row] = numbers[i];
+            }
         }
     }
-    return array_of(field.key, {poses.size(), width}, values);
+    return array_of(pose_key(field, {}).c_str(), {poses.size(), field.count}, values);
 }
 
 template <typename Member>
@@ -84,11 +81,11 @@ Variable matrices_of(const char* name, const Poses& poses, Member member, std::s
 Variable structure_of(const Poses& poses) {
     std::array<std::size_t, 2> one{1, 1};
     Variable structure = checked(Mat_VarCreateStruct("poses", 2, one.data(), nullptr, 0));
-    for (const PoseField& field : pose_fields()) {
+    for_each_field(kPoseForm, {}, [&](const PoseField& field) {
         if (!field.is_names()) {
-            set_field(structure.get(), field.key, column_of(poses, field));
+            set_field(structure.get(), pose_key(field, {}).c_str(), column_of(poses, field));
         }
-    }
+    });
     using Pose = tracking::PoseEstimate<double>;
     set_field(structure.get(), "covariance", matrices_of("covariance", poses, &Pose::covariance, 6));
     set_field(structure.get(), "couplings", matrices_of("couplings", poses, &Pose::signal_matrix, 3));

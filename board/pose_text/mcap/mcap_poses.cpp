@@ -28,13 +28,12 @@ constexpr const char* kPoseInFrame = R"({
 std::string pose_schema() {
     const Json number{{"type", {"number", "null"}}};
     Json properties = Json::object();
-    for (const PoseField& field : pose_fields()) {
-        const bool is_list = field.names[1] != nullptr;
-        properties[field.key] = field.integer != nullptr ? Json{{"type", "integer"}}
-                                : field.is_names()       ? Json{{"type", "string"}}
-                                : is_list                ? Json{{"type", "array"}, {"items", number}}
-                                                         : number;
-    }
+    for_each_field(kPoseForm, {}, [&](const PoseField& field) {
+        properties[pose_key(field, {})] = field.integer != nullptr ? Json{{"type", "integer"}}
+                                          : field.is_names()       ? Json{{"type", "string"}}
+                                          : field.count > 1        ? Json{{"type", "array"}, {"items", number}}
+                                                                   : number;
+    });
     return Json{{"title", "tricoil.Pose"}, {"type", "object"}, {"properties", properties}}.dump();
 }
 
@@ -62,8 +61,8 @@ void McapPoses::add(const tracking::PoseEstimate<double>& pose) {
     }
     const std::uint64_t time_ns =
         kNanosecondsPerMicrosecond * static_cast<std::uint64_t>(std::max<std::int64_t>(to_us(pose.time), 0));
-    std::array<char, kLongestPoseText> text{};
-    writer_.add_message(channels->tracker, pose.sequence, time_ns, {text.data(), put_json(numbers_of(pose), text)});
+    std::array<char, kLongestPoseText> text;
+    writer_.add_message(channels->tracker, pose.sequence, time_ns, {text.data(), put_json({pose}, kPoseForm, {}, text)});
     if (pose.valid()) {
         writer_.add_message(channels->pose, pose.sequence, time_ns, pose_in_frame(pose, time_ns));
     }
