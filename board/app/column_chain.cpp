@@ -28,9 +28,6 @@ bool ColumnChain<Scalar, SensorTracker>::track(signal::Columns<Scalar>& columns,
         if (devices.tap != nullptr) {
             devices.tap->column(column);
         }
-        if (!std::is_same_v<Scalar, double> && column.flags.has(ColumnFlag::low_band)) {
-            continue;  // trackers in float use one band
-        }
         if (const auto estimate = tracker_.update(column)) {
             send(*estimate, devices, counters);
             gave_pose = true;

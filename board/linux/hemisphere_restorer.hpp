@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "core/tracking/hemisphere.hpp"
 #include "core/tracking/pose_estimate.hpp"
+#include "core/tracking/state/hemisphere.hpp"
 
 namespace tricoil::linux_board {
 

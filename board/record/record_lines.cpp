@@ -10,7 +10,7 @@
 #include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/signal/gain_step.hpp"
-#include "core/tracking/signal_flags.hpp"
+#include "core/tracking/judge/signal_flags.hpp"
 
 namespace tricoil::host {
 namespace {

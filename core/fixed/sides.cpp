@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/tracking/hemisphere.hpp"
+#include "core/tracking/state/hemisphere.hpp"
 
 namespace tricoil::fixed {
 namespace {

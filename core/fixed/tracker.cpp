@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/fixed/model_fit.hpp"
-#include "core/tracking/signal_flags.hpp"
+#include "core/tracking/judge/signal_flags.hpp"
 
 namespace tricoil::fixed {
 namespace {

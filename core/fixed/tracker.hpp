@@ -9,9 +9,9 @@
 #include "core/fixed/previous_measurement.hpp"
 #include "core/fixed/quaternion.hpp"
 #include "core/fixed/sides.hpp"
-#include "core/tracking/columns_since_gap.hpp"
-#include "core/tracking/hemisphere.hpp"
+#include "core/tracking/front/columns_since_gap.hpp"
 #include "core/tracking/pose_flags.hpp"
+#include "core/tracking/state/hemisphere.hpp"
 
 namespace tricoil::fixed {
 

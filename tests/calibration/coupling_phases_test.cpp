@@ -6,7 +6,7 @@
 #include "board/host/calibration/frame_file.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/linear/eigen.hpp"
-#include "core/tracking/quadrature_check.hpp"
+#include "core/tracking/judge/quadrature_check.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::host {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/tracking/dual_band/dual_band_tracker.hpp"
+#include "core/tracking/metal/dual_band_tracker.hpp"
 #include "tests/support/two_bands.hpp"
 
 namespace tricoil::tracking {

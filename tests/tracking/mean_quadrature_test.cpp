@@ -1,5 +1,5 @@
 // Small metal in the mean quadrature of the high band: found in noise and in motion, not found without metal.
-#include "core/tracking/dual_band/mean_quadrature.hpp"
+#include "core/tracking/metal/mean_quadrature.hpp"
 
 #include <gtest/gtest.h>
 

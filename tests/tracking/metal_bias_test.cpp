@@ -4,7 +4,7 @@
 #include <random>
 
 #include "core/field/general_dipole.hpp"
-#include "core/tracking/dual_band/metal_bias.hpp"
+#include "core/tracking/metal/metal_bias.hpp"
 #include "tests/support/two_bands.hpp"
 
 namespace tricoil::tracking {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/tracking/dual_band/metal_spectrum.hpp"
+#include "core/tracking/metal/metal_spectrum.hpp"
 #include "sim/world/metal/sphere.hpp"
 
 namespace tricoil::tracking {

@@ -1,5 +1,5 @@
 // Poses of two signal matrices after lost or refused columns are flagged, in both multiplexing schemes.
-#include "core/tracking/columns_since_gap.hpp"
+#include "core/tracking/front/columns_since_gap.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "board/host/calibration/fit_quality.hpp"
-#include "core/tracking/quadrature_check.hpp"
+#include "core/tracking/judge/quadrature_check.hpp"
 
 namespace tricoil::host {
 

@@ -42,8 +42,8 @@ std::string refuse_bad_ratio(const std::string& text) {
     return ratio >= 2 && ratio <= kMaxRatio ? "" : fmt::format("{} is not a whole number from 2 to {}", text, kMaxRatio);
 }
 
-tracking::DualRateParams params_of(const CouplingsCommand& c) {
-    tracking::DualRateParams params;
+DualRateParams params_of(const CouplingsCommand& c) {
+    DualRateParams params;
     if (!(c.rate_hz >= 1 && c.rate_hz <= 1e6)) {
         throw InputError("--rate-hz must be from 1 to 1000000");
     }

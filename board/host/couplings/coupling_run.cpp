@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kHeader =
     "time_us,x_m,y_m,z_m,qw,qx,qy,qz,std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad,valid,distortion_mm,low_band\n";
 
-std::string row_text(double time_s, const tracking::DualRatePose& row, bool low_band) {
+std::string row_text(double time_s, const DualRatePose& row, bool low_band) {
     const Vec3<double>& p = row.pose.position_m;
     const Quat<double>& q = row.pose.q_source_sensor;
     const double s = row.position_sigma_m;
@@ -27,17 +27,17 @@ std::string row_text(double time_s, const tracking::DualRatePose& row, bool low_
 
 }  // namespace
 
-CouplingSummary run_couplings(const BandModels& models, const BandRecording& recording, const tracking::DualRateParams& params,
+CouplingSummary run_couplings(const BandModels& models, const BandRecording& recording, const DualRateParams& params,
                               const std::string& out) {
     const InterruptGuard guard;
     OutputFile file(out);
     file.write(kHeader);
-    tracking::DualRateEstimator estimator(models.high, models.low, params);
+    DualRateEstimator estimator(models.high, models.low, params);
     const auto ratio = static_cast<std::size_t>(params.rows_per_line);
     CouplingSummary summary;
     std::vector<double> distortions;
     std::vector<double> sigmas;
-    tracking::DualRatePose row;
+    DualRatePose row;
     for (std::size_t n = 0; n < recording.high.size(); ++n) {
         guard.check();
         const bool low_band = n % ratio == 0;

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "board/host/couplings/band_files.hpp"
+#include "board/host/couplings/dual_rate.hpp"
 #include "board/host/run/statistics.hpp"
-#include "core/tracking/dual_band/dual_rate.hpp"
 
 namespace tricoil::host {
 
@@ -23,7 +23,7 @@ struct CouplingSummary {
 /// CSV: time_us,x_m,y_m,z_m,qw,qx,qy,qz,std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad,valid,distortion_mm,low_band.
 /// low_band is 1 at rows that have the time of a low-band line. Each row depends only on lines up to its own. Throws like
 /// OutputFile, and Interrupted; then no file is left.
-CouplingSummary run_couplings(const BandModels& models, const BandRecording& recording, const tracking::DualRateParams& params,
+CouplingSummary run_couplings(const BandModels& models, const BandRecording& recording, const DualRateParams& params,
                               const std::string& out);
 
 }  // namespace tricoil::host

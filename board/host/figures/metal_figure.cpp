@@ -9,7 +9,7 @@
 #include "board/host/figures/figures.hpp"
 #include "board/support/whole_file.hpp"
 #include "core/solver/direct.hpp"
-#include "core/tracking/misfit.hpp"
+#include "core/tracking/judge/misfit.hpp"
 #include "sim/world/metal/metal_set.hpp"
 #include "sim/world/metal/sphere.hpp"
 

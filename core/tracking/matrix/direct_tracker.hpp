@@ -6,11 +6,11 @@
 namespace tricoil::tracking {
 
 template <typename Scalar>
-class DirectTracker final : public MatrixTracker<Scalar> {
+class DirectTracker : public MatrixTracker<Scalar> {
     using typename MatrixTracker<Scalar>::Pose;
-    using typename Tracker<Scalar>::Correction;
 
 public:
+    using typename Tracker<Scalar>::Correction;
     /// `params` must pass check() and hold DirectParams.
     explicit DirectTracker(const TrackerParams<Scalar>& params, const Correction& correction = std::nullopt)
         : MatrixTracker<Scalar>(params.common, std::get_if<DirectParams>(&params.method)->deskew, {}, correction) {}

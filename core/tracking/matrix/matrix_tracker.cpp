@@ -7,8 +7,8 @@
 #include "core/field/induced_field.hpp"
 #include "core/solver/direct_near_metal.hpp"
 #include "core/solver/pose_covariance.hpp"
-#include "core/tracking/body_motion.hpp"
-#include "core/tracking/signal_flags.hpp"
+#include "core/tracking/judge/body_motion.hpp"
+#include "core/tracking/judge/signal_flags.hpp"
 
 namespace tricoil::tracking {
 namespace {
@@ -32,13 +32,12 @@ Mat3<Scalar> induced_couplings(const field::InducedDipoles<Scalar>& metal, const
 
 template <typename Scalar>
 MatrixTracker<Scalar>::MatrixTracker(const CommonParams<Scalar>& params, bool deskew, Step step, const Correction& correction)
-    : Tracker<Scalar>(correction),
+    : Tracker<Scalar>(correction, Microseconds{0}, params.lost_after),
       params_(Tracker<Scalar>::corrected(params, correction)),
       deskew_(deskew),
       step_(step),
       assembler_(params.max_column_span, deskew),
       motion_(params.max_column_span.count() > 0 ? kSourceCoils : 1),
-      time_base_(Microseconds{0}, params.lost_after),
       hemisphere_(params_.hemisphere, params.confined),
       column_motion_(params) {}
 
@@ -56,12 +55,7 @@ void MatrixTracker<Scalar>::do_set_hemisphere(const Vec3<Scalar>& towards) {
 }
 
 template <typename Scalar>
-std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Column<Scalar>& column) {
-    if (const auto reason = rejection_of(column)) {
-        ++counters_.rejected[static_cast<std::size_t>(*reason)];
-        return std::nullopt;
-    }
-    ++counters_.accepted;
+std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Column<Scalar>& column, bool /*is_late*/) {
     if (const auto curvature = column_motion_.add(column)) {
         curvatures_[static_cast<std::size_t>(coil_index(column.state))] = *curvature;
     }
@@ -71,7 +65,7 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
     }
     PoseEstimate<Scalar> estimate;
     estimate.sensor = column.sensor;
-    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
+    estimate.sequence = static_cast<std::uint32_t>(this->counters_.poses++);
     estimate.time = matrix->newest;
     estimate.signal_matrix = matrix->x;
     estimate.flags = signal_flags(matrix->flags);
@@ -100,11 +94,16 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
     if (shows_side(estimate)) {
         hemisphere_.follow(estimate.position_m, estimate.time);
     }
-    advance(estimate.valid(), estimate.time);
-    estimate.state = state_;
-    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
     if (estimate.valid()) {
         predict_error(*matrix, stepped ? step_ : Step{}, estimate);
+    } else {
+        motion_.clear();
+    }
+    do_refine(assembler_, estimate);
+    advance(estimate.valid(), estimate.time);
+    estimate.state = state_;
+    this->counters_.invalid_poses += estimate.valid() ? 0U : 1U;
+    if (estimate.valid()) {
         last_estimate_ = estimate;
     }
     return estimate;
@@ -112,37 +111,30 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
 
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_tick(DeviceTime now) {
-    if (counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest ||
+    if (this->counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest ||
         now - last_valid_ <= params_.lost_after) {
         return std::nullopt;
     }
+    motion_.clear();
     advance(false, now);
     PoseEstimate<Scalar> estimate = last_estimate_;
-    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
+    estimate.sequence = static_cast<std::uint32_t>(this->counters_.poses++);
     estimate.flags.set(PoseFlag::stale);
     estimate.state = state_;
-    ++counters_.invalid_poses;
+    ++this->counters_.invalid_poses;
     return estimate;
 }
 
 template <typename Scalar>
-std::optional<Rejection> MatrixTracker<Scalar>::rejection_of(const Column<Scalar>& column) {
-    if (const auto reason = invalid_field(column)) {
-        return reason;
-    }
-    const auto verdict = time_base_.take(coil_index(column.state), column.midpoint, false);
-    if (verdict == TimeBase::Verdict::restarted) {  // stored times are invalid
-        ++counters_.clock_restarts;
-        state_ = TrackerState::searching;
-        has_last_ = false;
-        last_valid_ = column.midpoint;
-        assembler_.clear();
-        motion_.clear();
-        forget_column_motion();
-        solved_.exists = false;
-        hemisphere_.forget();
-    }
-    return reason_of(verdict);
+void MatrixTracker<Scalar>::do_restart(DeviceTime now) {
+    state_ = TrackerState::searching;
+    has_last_ = false;
+    last_valid_ = now;
+    assembler_.clear();
+    motion_.clear();
+    forget_column_motion();
+    solved_.exists = false;
+    hemisphere_.forget();
 }
 
 /// Deskew uses a bad column in later matrices too, where it can stay undetected. Poses are therefore unconfirmed until two
@@ -326,13 +318,10 @@ void MatrixTracker<Scalar>::forget_column_motion() {
 
 template <typename Scalar>
 void MatrixTracker<Scalar>::advance(bool valid, DeviceTime time) {
-    counters_.acquisitions += valid && state_ != TrackerState::tracking ? 1U : 0U;
+    this->counters_.acquisitions += valid && state_ != TrackerState::tracking ? 1U : 0U;
     state_ = next_state(state_, valid, time - last_valid_, params_);
     last_valid_ = valid ? time : last_valid_;
-    if (!valid) {
-        motion_.clear();
-        has_last_ = has_last_ && state_ != TrackerState::searching;
-    }
+    has_last_ = has_last_ && state_ != TrackerState::searching;
 }
 
 #if TRICOIL_FLOAT_TRACKERS

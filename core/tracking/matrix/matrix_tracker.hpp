@@ -2,14 +2,13 @@
 #pragma once
 
 #include "core/solver/previous_measurement.hpp"
-#include "core/tracking/column_check.hpp"
-#include "core/tracking/column_motion.hpp"
-#include "core/tracking/hemisphere.hpp"
-#include "core/tracking/misfit.hpp"
-#include "core/tracking/motion_estimate.hpp"
-#include "core/tracking/quadrature_check.hpp"
-#include "core/tracking/signal_matrix_assembler.hpp"
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/front/column_motion.hpp"
+#include "core/tracking/front/signal_matrix_assembler.hpp"
+#include "core/tracking/judge/misfit.hpp"
+#include "core/tracking/judge/quadrature_check.hpp"
+#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/state/motion_estimate.hpp"
+#include "core/tracking/tracker/tracker.hpp"
 
 namespace tricoil::tracking {
 
@@ -31,21 +30,24 @@ protected:
 
     MatrixTracker(const CommonParams<Scalar>& params, bool deskew, Step step, const Correction& correction);
 
-    [[nodiscard]] Scalar coupling_constant() const { return params_.coupling_constant; }
+    /// Of corrected columns.
+    [[nodiscard]] const CommonParams<Scalar>& params() const { return params_; }
+
+    void do_set_hemisphere(const Vec3<Scalar>& towards) override;
 
 private:
     /// Step of the method from the last pose. not_ready: the method has no step.
     virtual Result<Pose> do_step(const Mat3<Scalar>& x, const Pose& last) = 0;
     /// `pose` is the start of the next step. is_step: the pose came from do_step().
     virtual void do_follow(const Pose& /*pose*/, bool /*is_step*/) {}
+    /// Changes the pose of `columns`, its covariance and flags.
+    virtual void do_refine(const SignalMatrixAssembler<Scalar>& /*columns*/, PoseEstimate<Scalar>& /*estimate*/) {}
 
-    std::optional<PoseEstimate<Scalar>> do_update(const Column<Scalar>& column) final;
+    std::optional<PoseEstimate<Scalar>> do_update(const Column<Scalar>& column, bool is_late) final;
+    void do_restart(DeviceTime now) final;
     std::optional<PoseEstimate<Scalar>> do_tick(DeviceTime now) final;
-    void do_set_hemisphere(const Vec3<Scalar>& towards) final;
     [[nodiscard]] TrackerState do_state() const final { return state_; }
-    [[nodiscard]] const TrackerCounters& do_counters() const final { return counters_; }
 
-    [[nodiscard]] std::optional<Rejection> rejection_of(const Column<Scalar>& column);
     [[nodiscard]] Result<Pose> step(const Mat3<Scalar>& x);
     [[nodiscard]] Result<Pose> acquire(const SignalMatrix<Scalar>& matrix);
     void flag_recent_faults(PoseEstimate<Scalar>& estimate, bool jumped);
@@ -67,7 +69,6 @@ private:
     TrackerState state_ = TrackerState::searching;
     Pose last_;
     bool has_last_ = false;
-    TimeBase time_base_;
     Hemisphere<Scalar> hemisphere_;
     ColumnMotion<Scalar> column_motion_;
     std::array<typename ColumnMotion<Scalar>::Curvature, kSourceCoils> curvatures_{};
@@ -83,7 +84,6 @@ private:
     int unconfirmed_ = 0;  // columns to come until deskew no longer uses columns of a bad matrix
     DeviceTime last_valid_{};
     PoseEstimate<Scalar> last_estimate_;
-    TrackerCounters counters_;
 };
 
 extern template class MatrixTracker<float>;

@@ -34,9 +34,9 @@ PreviousTracker<Scalar>::PreviousTracker(const TrackerParams<Scalar>& params, co
 template <typename Scalar>
 auto PreviousTracker<Scalar>::do_step(const Mat3<Scalar>& x, const Pose& last) -> Result<Pose> {
     if (method_.form == PreviousParams::Form::vectors) {
-        return solver::step_vectors(x, this->coupling_constant(), last, method_.passes);
+        return solver::step_vectors(x, this->params().coupling_constant, last, method_.passes);
     }
-    const auto stepped = solver::step_angles(x, this->coupling_constant(), last_angles_, method_.passes);
+    const auto stepped = solver::step_angles(x, this->params().coupling_constant, last_angles_, method_.passes);
     if (!stepped.ok()) {
         return stepped.status();
     }

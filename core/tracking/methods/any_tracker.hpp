@@ -1,9 +1,9 @@
 // Tracker with a method chosen at run time, without heap. For programs that offer all methods.
 #pragma once
 
-#include "core/tracking/dual_band/dual_band_tracker.hpp"
 #include "core/tracking/matrix/direct_tracker.hpp"
 #include "core/tracking/matrix/previous_tracker.hpp"
+#include "core/tracking/metal/dual_band_tracker.hpp"
 #include "core/tracking/scaat/general_tracker.hpp"
 #include "core/tracking/scaat/scaat_tracker.hpp"
 

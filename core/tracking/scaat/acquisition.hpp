@@ -6,9 +6,9 @@
 #include <optional>
 #include <utility>
 
+#include "core/tracking/front/signal_matrix_assembler.hpp"
 #include "core/tracking/scaat/column_update.hpp"
 #include "core/tracking/scaat/propagate.hpp"
-#include "core/tracking/signal_matrix_assembler.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking::scaat {

@@ -1,12 +1,12 @@
 // SCAAT method: connects intake, estimator, health and report.
 #pragma once
 
-#include "core/tracking/hemisphere.hpp"
-#include "core/tracking/motion_estimate.hpp"
 #include "core/tracking/scaat/estimator.hpp"
 #include "core/tracking/scaat/health.hpp"
 #include "core/tracking/scaat/intake.hpp"
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/state/motion_estimate.hpp"
+#include "core/tracking/tracker/tracker.hpp"
 
 namespace tricoil::tracking::scaat {
 
@@ -40,11 +40,11 @@ private:
     using Pose = std::optional<PoseEstimate<Scalar>>;
     using Trust = typename Estimator<Scalar, Model>::Trust;
 
-    Pose do_update(const Column<Scalar>& column) final;
+    Pose do_update(const Column<Scalar>& column, bool is_late) final;
+    void do_restart(DeviceTime now) final;
     Pose do_tick(DeviceTime now) final;
     void do_set_hemisphere(const Vec3<Scalar>& towards) final;
     [[nodiscard]] TrackerState do_state() const final { return state_; }
-    [[nodiscard]] const TrackerCounters& do_counters() const final { return counters_; }
 
     // Tracking: one column (TDM, or late), or the columns of a frame (FDM).
     Pose track_column(const Column<Scalar>& column);
@@ -69,14 +69,12 @@ private:
     void turn_around();
     [[nodiscard]] bool continue_side(Scalar deviation_m);
     void lose(DeviceTime time);
-    void forget(DeviceTime time);
 
     [[nodiscard]] Pose report(PoseFlags flags, Microseconds ahead);
 
     CommonParams<Scalar> common_;
     ScaatParams<Scalar> params_;
     Model model_;
-    TrackerCounters counters_;
     TrackerState state_ = TrackerState::searching;
     Intake<Scalar> intake_;
     Estimator<Scalar, Model> estimator_;

@@ -20,12 +20,12 @@ constexpr PoseFlags kDiscontinuous{PoseFlag::saturated,         PoseFlag::no_sen
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Filter<Scalar, Model>::Filter(const CommonParams<Scalar>& common, const ScaatParams<Scalar>& params, const Model& model,
                               const Correction& correction)
-    : Tracker<Scalar>(correction),
+    : Tracker<Scalar>(correction, params.max_lateness, common.lost_after),
       common_(Tracker<Scalar>::corrected(common, correction)),
       params_(params),
       model_(model),
-      intake_(common, params.max_lateness),
-      estimator_(params_, model_, counters_),
+      intake_(common.max_column_span),
+      estimator_(params_, model_, this->counters_),
       health_(common_, model_),
       hemisphere_(common_.hemisphere, common.confined) {
     if constexpr (requires { model_.surroundings; }) {
@@ -34,18 +34,9 @@ Filter<Scalar, Model>::Filter(const CommonParams<Scalar>& common, const ScaatPar
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
-auto Filter<Scalar, Model>::do_update(const Column<Scalar>& column) -> Pose {
-    const auto admission = intake_.admit(column);
-    if (admission.has_restarted) {
-        forget(column.midpoint);
-    }
-    if (admission.rejection) {
-        ++counters_.rejected[static_cast<std::size_t>(*admission.rejection)];
-        return std::nullopt;
-    }
-    ++counters_.accepted;
+auto Filter<Scalar, Model>::do_update(const Column<Scalar>& column, bool is_late) -> Pose {
     sensor_ = column.sensor;
-    if (state_ == TrackerState::tracking && !admission.is_late) {
+    if (state_ == TrackerState::tracking && !is_late) {
         // Without this coil the state may have moved to a false solution, so the filter does not continue from it.
         const bool returns = estimator_.history().silence(coil_index(column.state), column.midpoint) > params_.coast_limit;
         if (returns || estimator_.history().silence(column.midpoint) > common_.lost_after) {
@@ -88,7 +79,7 @@ auto Filter<Scalar, Model>::track_frame(const Column<Scalar>& column) -> Pose {
         return end_frame(column);
     }
     const std::optional<SignalMatrix<Scalar>> matrix = take_into_frame(column);
-    if (!intake_.frame_is_over()) {
+    if (!this->time_base_.frame_is_over()) {
         return std::nullopt;
     }
     if (matrix) {
@@ -219,7 +210,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::finish_measurement(bool has_matrix) -> Pose {
     PoseFlags flags = intake_.flags();
     if (estimator_.history().has_lost_sensor() || !is_possible(motion())) {
-        ++counters_.reacquisitions;
+        ++this->counters_.reacquisitions;
         if (!has_matrix || !start(intake_.columns().matrix())) {
             lose(motion().time);
             flags |= health_.flags();
@@ -264,7 +255,7 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
     StartPose<Scalar> chosen = *pose;
     resolve_hemisphere(chosen, matrix);
     estimator_.start(chosen, rates_since_last_start(chosen, matrix.newest), intake_.columns(), health_.start_variance());
-    counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
+    this->counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
     state_ = TrackerState::tracking;
     health_.start();
     intake_.start();
@@ -343,15 +334,13 @@ void Filter<Scalar, Model>::lose(DeviceTime time) {
     }
 }
 
-/// The device clock restarted: all stored times are invalid.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Filter<Scalar, Model>::forget(DeviceTime time) {
-    ++counters_.clock_restarts;
+void Filter<Scalar, Model>::do_restart(DeviceTime now) {
     state_ = TrackerState::searching;
     intake_.forget();
     health_.forget_times();
     hemisphere_.forget();
-    estimator_.set_last_used(time);
+    estimator_.set_last_used(now);
 }
 
 /// Always contains a value. The optional lets callers return it without a copy.
@@ -366,7 +355,7 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose 
     PoseEstimate<Scalar>& estimate = *reported;
     report_state(estimate, state, estimator_, health_, flags);
     estimate.sensor = sensor_;
-    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
+    estimate.sequence = static_cast<std::uint32_t>(this->counters_.poses++);
     estimate.state = state_;
     const bool silent = estimator_.history().silence(motion().time) > params_.coast_limit;
     estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
@@ -382,13 +371,13 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose 
     if (!estimate.flags.has_any(kDiscontinuous) && !continue_side(deviation)) {
         estimate.flags.set(PoseFlag::unconfirmed);
     }
-    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
+    this->counters_.invalid_poses += estimate.valid() ? 0U : 1U;
     return reported;
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::do_tick(DeviceTime now) -> Pose {
-    if (counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest) {
+    if (this->counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest) {
         return std::nullopt;
     }
     if (now <= estimator_.last_used()) {

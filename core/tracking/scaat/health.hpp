@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/tracking/column_motion.hpp"
-#include "core/tracking/misfit.hpp"
+#include "core/tracking/front/column_motion.hpp"
+#include "core/tracking/front/signal_matrix_assembler.hpp"
+#include "core/tracking/judge/misfit.hpp"
+#include "core/tracking/judge/quadrature_check.hpp"
 #include "core/tracking/pose_flags.hpp"
-#include "core/tracking/quadrature_check.hpp"
 #include "core/tracking/scaat/measurement_model.hpp"
 #include "core/tracking/scaat/signal_curvature.hpp"
-#include "core/tracking/signal_matrix_assembler.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking::scaat {

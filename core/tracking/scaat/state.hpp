@@ -3,7 +3,7 @@
 
 #include "core/base/time.hpp"
 #include "core/linear/quaternion.hpp"
-#include "core/tracking/body_motion.hpp"
+#include "core/tracking/judge/body_motion.hpp"
 
 namespace tricoil::tracking::scaat {
 

@@ -7,7 +7,7 @@
 
 #include "core/linear/matrix.hpp"
 
-namespace tricoil::tracking {
+namespace tricoil::host {
 
 /// Couplings without metal = low - scalar (high - low). The scalar is share / (1 - share), where share is the effect of the metal
 /// in the low band relative to the high band.
@@ -75,4 +75,4 @@ private:
     double redundant_noise_ = 0;  // low coupling units squared
 };
 
-}  // namespace tricoil::tracking
+}  // namespace tricoil::host

@@ -3,14 +3,14 @@
 
 #include <optional>
 
+#include "board/host/couplings/band_scalar.hpp"
+#include "board/host/couplings/split_filter.hpp"
 #include "core/base/status.hpp"
 #include "core/field/general_dipole.hpp"
 #include "core/solver/refine.hpp"
-#include "core/tracking/dual_band/band_scalar.hpp"
-#include "core/tracking/dual_band/pose_information.hpp"
-#include "core/tracking/dual_band/split_filter.hpp"
+#include "core/tracking/metal/pose_information.hpp"
 
-namespace tricoil::tracking {
+namespace tricoil::host {
 
 struct DualRateParams {
     double row_period_s = 1.0 / 1500;                // of the high band
@@ -65,8 +65,8 @@ private:
     struct Line {
         Vec6<double> expected = Vec6<double>::Zero();   // disagreement of the bands expected from the bias so far
         Mat3<double> low_model = Mat3<double>::Zero();  // low-band couplings at the poses corrected by the bias so far
-        PoseJacobian jacobian = PoseJacobian::Zero();   // of low_model
-        Vec9 high_residual = Vec9::Zero();              // of the high band's fit, in units of the low band
+        tracking::PoseJacobian jacobian = tracking::PoseJacobian::Zero();  // of low_model
+        tracking::Vec9 high_residual = tracking::Vec9::Zero();             // of the high band's fit, in units of the low band
         Vec3<double> position_m = Vec3<double>::Zero();
         Vec3<double> rotation_rad = Vec3<double>::Zero();
         int rows = 0;
@@ -115,8 +115,8 @@ private:
     bool compared_ = false;
     Vec3<double> last_low_m_ = Vec3<double>::Zero();
     Vec3<double> last_disagreement_m_ = Vec3<double>::Zero();
-    Vec9 last_low_redundant_ = Vec9::Zero();
-    Vec9 last_high_redundant_ = Vec9::Zero();
+    tracking::Vec9 last_low_redundant_ = tracking::Vec9::Zero();
+    tracking::Vec9 last_high_redundant_ = tracking::Vec9::Zero();
 };
 
-}  // namespace tricoil::tracking
+}  // namespace tricoil::host

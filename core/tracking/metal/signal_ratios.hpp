@@ -1,8 +1,8 @@
 // Ratios of the metal's signals to its effect on the high band, from the misfits.
 #pragma once
 
-#include "core/tracking/dual_band/metal_spectrum.hpp"
-#include "core/tracking/dual_band/pose_information.hpp"
+#include "core/tracking/metal/metal_spectrum.hpp"
+#include "core/tracking/metal/pose_information.hpp"
 
 namespace tricoil::tracking {
 

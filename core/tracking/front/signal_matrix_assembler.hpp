@@ -5,7 +5,7 @@
 #include <array>
 #include <optional>
 
-#include "core/tracking/deskew.hpp"
+#include "core/tracking/front/deskew.hpp"
 
 namespace tricoil::tracking {
 

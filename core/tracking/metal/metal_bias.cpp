@@ -1,10 +1,10 @@
-#include "core/tracking/dual_band/metal_bias.hpp"
+#include "core/tracking/metal/metal_bias.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/geometry/rotations.hpp"
-#include "core/tracking/misfit.hpp"
+#include "core/tracking/judge/misfit.hpp"
 
 namespace tricoil::tracking {
 namespace {

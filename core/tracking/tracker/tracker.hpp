@@ -5,9 +5,9 @@
 
 #include "core/calibration/coil_correction.hpp"
 #include "core/signal/column.hpp"
-#include "core/tracking/columns_since_gap.hpp"
+#include "core/tracking/front/column_check.hpp"
+#include "core/tracking/front/columns_since_gap.hpp"
 #include "core/tracking/pose_estimate.hpp"
-#include "core/tracking/tracker_counters.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking {
@@ -25,8 +25,8 @@ public:
     Tracker& operator=(const Tracker&) = delete;
 
     /// Processes one column. Returns a pose if the method has one at its time. A refused column is counted. Like a column with
-    /// the flag `after_gap`, it sets `columns_missing` in the next poses. A column of the low band gives no pose by itself and is
-    /// not counted; only in double, because trackers in float use one band.
+    /// the flag `after_gap`, it sets `columns_missing` in the next poses. A column of the low band gives no pose and is not
+    /// counted; methods with one band do not receive it.
     std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column);
 
     /// For times without columns: returns a pose flagged coasting or stale, if the method supports it.
@@ -39,10 +39,12 @@ public:
     void to_source_frame(PoseEstimate<Scalar>& estimate) const;
 
     [[nodiscard]] TrackerState state() const { return do_state(); }
-    [[nodiscard]] const TrackerCounters& counters() const { return do_counters(); }
+    [[nodiscard]] const TrackerCounters& counters() const { return counters_; }
 
 protected:
-    explicit Tracker(const Correction& correction) : correction_(correction) {}
+    /// max_lateness, longest_step: see TimeBase.
+    Tracker(const Correction& correction, Microseconds max_lateness, Microseconds longest_step)
+        : time_base_(max_lateness, longest_step), correction_(correction) {}
 
     /// Parameters for corrected columns.
     static CommonParams<Scalar> corrected(CommonParams<Scalar> params, const Correction& correction);
@@ -52,16 +54,23 @@ protected:
         return correction_ && !correction_->surroundings().empty() ? &correction_->surroundings() : nullptr;
     }
 
+    TrackerCounters counters_;
+    TimeBase time_base_;
+
 private:
-    virtual std::optional<PoseEstimate<Scalar>> do_update(const Column<Scalar>& column) = 0;
-    /// A column of the low band; called only in double. Methods with one band ignore it.
+    /// An admitted column of the only or high band. is_late: it is older than the newest.
+    virtual std::optional<PoseEstimate<Scalar>> do_update(const Column<Scalar>& column, bool is_late) = 0;
+    /// For methods with two bands, in double: a column of the low band.
     virtual void do_update_low(const Column<Scalar>& /*column*/) {}
+    /// The device clock restarted at `now`: stored times are invalid.
+    virtual void do_restart(DeviceTime now) = 0;
     virtual std::optional<PoseEstimate<Scalar>> do_tick(DeviceTime now) = 0;
     virtual void do_set_hemisphere(const Vec3<Scalar>& towards) = 0;
     [[nodiscard]] virtual TrackerState do_state() const = 0;
-    [[nodiscard]] virtual const TrackerCounters& do_counters() const = 0;
 
-    [[nodiscard]] std::uint64_t used_columns() const { return do_counters().accepted - do_counters().outliers; }
+    std::optional<PoseEstimate<Scalar>> update_only(const Column<Scalar>& column);
+    std::optional<PoseEstimate<Scalar>> track(const Column<Scalar>& corrected);
+    [[nodiscard]] std::uint64_t used_columns() const { return counters_.accepted - counters_.outliers; }
     void update_low(const Column<Scalar>& column);
     void finish(std::optional<PoseEstimate<Scalar>>& estimate);
     Correction correction_;

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <iostream>
 
+#include "board/host/couplings/dual_rate.hpp"
 #include "core/geometry/rotations.hpp"
-#include "core/tracking/dual_band/dual_rate.hpp"
 #include "tests/support/two_bands.hpp"
 
-namespace tricoil::tracking {
+namespace tricoil::host {
 namespace {
 
 using test::TwoBandData;
@@ -231,4 +231,4 @@ TEST(BandScalar, MovingSensorUsesTheRedundantPart) {
 }
 
 }  // namespace
-}  // namespace tricoil::tracking
+}  // namespace tricoil::host

@@ -1,4 +1,4 @@
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/tracker/tracker.hpp"
 
 #include <algorithm>
 #include <type_traits>
@@ -25,19 +25,22 @@ CommonParams<Scalar> Tracker<Scalar>::corrected(CommonParams<Scalar> params, con
 
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>& column) {
-    if constexpr (std::is_same_v<Scalar, double>) {
-        if (column.flags.has(ColumnFlag::low_band)) {
-            update_low(column);
-            return std::nullopt;
-        }
+    if (column.flags.has(ColumnFlag::low_band)) {
+        update_low(column);
+        return std::nullopt;
     }
+    return update_only(column);
+}
+
+template <typename Scalar>
+std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update_only(const Column<Scalar>& column) {
     Column<Scalar> corrected = column;
     const int coil = coil_index(column.state);
     if (correction_ && coil >= 0) {
         correction_->correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
     }
     const std::uint64_t used = used_columns();
-    std::optional<PoseEstimate<Scalar>> estimate = do_update(corrected);
+    std::optional<PoseEstimate<Scalar>> estimate = track(corrected);
     if (used_columns() > used) {
         since_gap_.add(1, column.flags.has(ColumnFlag::after_gap));
     } else {
@@ -47,6 +50,22 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
     return estimate;
 }
 
+template <typename Scalar>
+std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::track(const Column<Scalar>& corrected) {
+    const Admission admission = admit(corrected, time_base_);
+    if (admission.has_restarted) {
+        ++counters_.clock_restarts;
+        do_restart(corrected.midpoint);
+    }
+    if (admission.rejection) {
+        ++counters_.rejected[static_cast<std::size_t>(*admission.rejection)];
+        return std::nullopt;
+    }
+    ++counters_.accepted;
+    return do_update(corrected, admission.is_late);
+}
+
+/// Coils in float have no calibration of a low band.
 template <typename Scalar>
 void Tracker<Scalar>::update_low([[maybe_unused]] const Column<Scalar>& column) {
     if constexpr (std::is_same_v<Scalar, double>) {

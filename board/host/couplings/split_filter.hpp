@@ -6,7 +6,7 @@
 
 #include "core/linear/matrix.hpp"
 
-namespace tricoil::tracking {
+namespace tricoil::host {
 
 /// Both parts are double-integrated white noise. The high band measures their sum on every row, almost without noise. The low
 /// band measures the mean bias over the last two lines, once a line. Between two lines the filter separates the parts by their
@@ -163,4 +163,4 @@ private:
     std::array<Vector, 2> sums_{Vector::Zero(), Vector::Zero()};
 };
 
-}  // namespace tricoil::tracking
+}  // namespace tricoil::host

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "core/base/assertion.hpp"
-#include "core/tracking/dual_band/signal_ratios.hpp"
+#include "core/tracking/metal/signal_ratios.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking {

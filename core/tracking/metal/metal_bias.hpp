@@ -5,9 +5,9 @@
 
 #include "core/field/general_dipole.hpp"
 #include "core/solver/refine.hpp"
-#include "core/tracking/dual_band/band_share.hpp"
-#include "core/tracking/dual_band/band_window.hpp"
-#include "core/tracking/dual_band/metal_spectrum.hpp"
+#include "core/tracking/metal/band_share.hpp"
+#include "core/tracking/metal/band_window.hpp"
+#include "core/tracking/metal/metal_spectrum.hpp"
 
 namespace tricoil::tracking {
 

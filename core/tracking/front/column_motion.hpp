@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "core/tracking/signal_matrix_assembler.hpp"
+#include "core/tracking/front/signal_matrix_assembler.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking {

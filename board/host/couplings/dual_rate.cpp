@@ -1,4 +1,4 @@
-#include "core/tracking/dual_band/dual_rate.hpp"
+#include "board/host/couplings/dual_rate.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "core/geometry/rotations.hpp"
 #include "core/solver/cold_start.hpp"
 
-namespace tricoil::tracking {
+namespace tricoil::host {
 namespace {
 
 constexpr double kFirstBias = 0.03;       // sigma of the bias before the first low-band line: share of the range, and rad
@@ -28,8 +28,8 @@ struct DualRateEstimator::Comparison {
     Vec6<double> disagreement;  // high - low: position, small rotation
     Vec3<double> position_m;    // means of the high band
     Vec3<double> rotation_rad;
-    Vec9 low_redundant;  // parts of the couplings that no pose explains, both in units of the low band
-    Vec9 high_redundant;
+    tracking::Vec9 low_redundant;  // parts of the couplings that no pose explains, both in units of the low band
+    tracking::Vec9 high_redundant;
     double low_norm;          // of the low band's couplings
     Mat6<double> covariance;  // of the low band's pose, for unit noise of each coupling
 };
@@ -138,7 +138,7 @@ void DualRateEstimator::accumulate() {
     this_line_.expected.tail<3>() += off_rad;
     this_line_.low_model += low.x;
     this_line_.jacobian += low.jacobian;
-    this_line_.high_residual += vec(gain_.cwiseProduct(high_misfit_));
+    this_line_.high_residual += tracking::vec(gain_.cwiseProduct(high_misfit_));
     this_line_.position_m += high_pose_.position_m;
     this_line_.rotation_rad += turned_rad_;
 }
@@ -160,17 +160,17 @@ Status DualRateEstimator::compare(const Mat3<double>& low, Comparison& result) c
     }
     result.low_norm = low.norm();
     const double each = 1 / static_cast<double>(2 * params_.rows_per_line);
-    const PoseJacobian jacobian = each * (last_line_.jacobian + this_line_.jacobian);
-    const Vec9 excess = vec(each * (last_line_.low_model + this_line_.low_model) - low);
-    result.covariance = unit_covariance(jacobian, high_pose_.position_m.norm());
+    const tracking::PoseJacobian jacobian = each * (last_line_.jacobian + this_line_.jacobian);
+    const tracking::Vec9 excess = tracking::vec(each * (last_line_.low_model + this_line_.low_model) - low);
+    result.covariance = tracking::unit_covariance(jacobian, high_pose_.position_m.norm());
     if (!(result.covariance(0, 0) > 0)) {
         return {StatusCode::degenerate, "couplings of the low band do not determine a pose here"};
     }
-    const auto pose_of = [&](const Vec9& v) -> Vec6<double> { return result.covariance * (jacobian.transpose() * v); };
+    const auto pose_of = [&](const tracking::Vec9& v) -> Vec6<double> { return result.covariance * (jacobian.transpose() * v); };
     const Vec6<double> unexpected = pose_of(excess);
     result.disagreement = each * (last_line_.expected + this_line_.expected) + unexpected;
     result.low_redundant = jacobian * unexpected - excess;
-    const Vec9 high = each * (last_line_.high_residual + this_line_.high_residual);
+    const tracking::Vec9 high = each * (last_line_.high_residual + this_line_.high_residual);
     result.high_redundant = high - jacobian * pose_of(high);
     result.position_m = each * (last_line_.position_m + this_line_.position_m);
     result.rotation_rad = each * (last_line_.rotation_rad + this_line_.rotation_rad);
@@ -179,7 +179,7 @@ Status DualRateEstimator::compare(const Mat3<double>& low, Comparison& result) c
 
 void DualRateEstimator::use(const Comparison& c) {
     if (compared_) {
-        const Vec9 unexplained =
+        const tracking::Vec9 unexplained =
             c.low_redundant - last_low_redundant_ - scalar_.share() * (c.high_redundant - last_high_redundant_);
         const double seen = unexplained.squaredNorm() / 6;
         low_variance_ += (low_variance_ > 0 ? kLowNoiseShare : 1) * (seen - low_variance_);
@@ -229,7 +229,7 @@ void DualRateEstimator::close_line() {
     }
     const auto model = field::signal_model(high_, high_pose_.position_m,
                                            Mat3<double>(high_pose_.q_source_sensor.conjugate().toRotationMatrix()));
-    const Mat6<double> covariance = unit_covariance(model.jacobian, high_pose_.position_m.norm());
+    const Mat6<double> covariance = tracking::unit_covariance(model.jacobian, high_pose_.position_m.norm());
     position_variance_ = high_variance_ / 3 * covariance.topLeftCorner<3, 3>().trace();
     rotation_variance_ = high_variance_ / 3 * covariance.bottomRightCorner<3, 3>().trace();
 }
@@ -274,4 +274,4 @@ double DualRateEstimator::sigma_of(double variance, const Vec3<double>& bias, co
     return std::sqrt(variance + (by_scalar * by_scalar + by_spread * by_spread + by_split * by_split) / 3);
 }
 
-}  // namespace tricoil::tracking
+}  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// Check for unusable columns, common to all trackers.
+// Admission of a column, common to all trackers.
 #pragma once
 
 #include <cmath>
@@ -6,10 +6,14 @@
 #include <optional>
 
 #include "core/signal/column.hpp"
-#include "core/tracking/time_base.hpp"
+#include "core/tracking/front/time_base.hpp"
 #include "core/tracking/tracker_counters.hpp"
 
 namespace tricoil::tracking {
+
+/// Columns with these flags contain no information on the couplings.
+constexpr ColumnFlags kUnusable{ColumnFlag::no_reference, ColumnFlag::saturated, ColumnFlag::clipped,     ColumnFlag::stuck,
+                                ColumnFlag::overrun,      ColumnFlag::dc_offset, ColumnFlag::gain_changed};
 
 /// Reason why a column cannot be used: state is not s1-s3; couplings or their squares are not finite; sigma is not positive or
 /// its square is out of range of the scalar type (float: sigma 1e-19 to 1e19). All trackers compute squares.
@@ -29,21 +33,34 @@ std::optional<Rejection> invalid_field(const Column<Scalar>& column) {
     return std::nullopt;
 }
 
-/// Reason for which a verdict refuses a column; nullopt if it accepts the column.
-constexpr std::optional<Rejection> reason_of(TimeBase::Verdict verdict) {
-    switch (verdict) {
-        case TimeBase::Verdict::in_order:
-        case TimeBase::Verdict::late:
-        case TimeBase::Verdict::restarted:
-            break;
-        case TimeBase::Verdict::duplicate:
-            return Rejection::duplicate;
-        case TimeBase::Verdict::time_backwards:
-            return Rejection::time_backwards;
-        case TimeBase::Verdict::time_ahead:
-            return Rejection::time_ahead;
+/// A refused column is only counted.
+struct Admission {
+    std::optional<Rejection> rejection;
+    bool is_late = false;        // older than the newest column, but usable
+    bool has_restarted = false;  // the device clock restarted: stored times are invalid
+};
+
+/// Checks fields and time stamp of a column of one sensor.
+template <typename Scalar>
+Admission admit(const Column<Scalar>& column, TimeBase& time_base) {
+    if (const auto reason = invalid_field(column)) {
+        return {reason};
     }
-    return std::nullopt;
+    switch (time_base.take(coil_index(column.state), column.midpoint)) {
+        case TimeBase::Verdict::in_order:
+            break;
+        case TimeBase::Verdict::late:
+            return {std::nullopt, true};
+        case TimeBase::Verdict::restarted:
+            return {std::nullopt, false, true};
+        case TimeBase::Verdict::duplicate:
+            return {Rejection::duplicate};
+        case TimeBase::Verdict::time_backwards:
+            return {Rejection::time_backwards};
+        case TimeBase::Verdict::time_ahead:
+            return {Rejection::time_ahead};
+    }
+    return {};
 }
 
 }  // namespace tricoil::tracking

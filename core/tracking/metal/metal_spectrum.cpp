@@ -1,4 +1,4 @@
-#include "core/tracking/dual_band/metal_spectrum.hpp"
+#include "core/tracking/metal/metal_spectrum.hpp"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/tracking/dual_band/pose_information.hpp"
+#include "core/tracking/metal/pose_information.hpp"
 
 namespace tricoil::tracking {
 

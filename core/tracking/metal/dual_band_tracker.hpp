@@ -1,16 +1,16 @@
 // Tracker for two bands: poses at the frame rate, with the error that metal causes removed.
 #pragma once
 
-#include "core/tracking/dual_band/mean_quadrature.hpp"
-#include "core/tracking/dual_band/metal_bias.hpp"
 #include "core/tracking/matrix/direct_tracker.hpp"
+#include "core/tracking/metal/mean_quadrature.hpp"
+#include "core/tracking/metal/metal_bias.hpp"
 
 namespace tricoil::tracking {
 
 /// The direct tracker solves the high band and decides signal, hemisphere and continuity. MetalBias compares it with the low
 /// band. The pose is that of both bands, or that of the high band with the bias as an additional error, whichever has the smaller
 /// standard deviation. `distorted`: also if the bias exceeds five standard deviations.
-class DualBandTracker final : public Tracker<double> {
+class DualBandTracker final : public DirectTracker<double> {
 public:
     /// Errors (invalid_argument) of a correction that this tracker cannot use: surroundings are known for the high band only.
     static Status check(const Correction& correction) {
@@ -25,36 +25,25 @@ public:
     explicit DualBandTracker(const TrackerParams<double>& params, const Correction& correction = std::nullopt);
 
 private:
-    std::optional<PoseEstimate<double>> do_update(const Column<double>& column) override;
     void do_update_low(const Column<double>& column) override;
-    std::optional<PoseEstimate<double>> do_tick(DeviceTime now) override;
+    void do_refine(const SignalMatrixAssembler<double>& columns, PoseEstimate<double>& estimate) override;
     void do_set_hemisphere(const Vec3<double>& towards) override;
-    [[nodiscard]] TrackerState do_state() const override { return state_; }
-    [[nodiscard]] const TrackerCounters& do_counters() const override { return counters_; }
 
-    void follow(const PoseEstimate<double>& high);
+    void follow(const Mat3<double>& quadrature, const PoseEstimate<double>& high);
     bool correct(const MetalBiasEstimate& bias, PoseEstimate<double>& estimate) const;
     void cover_hidden_metal(const std::optional<MetalBiasEstimate>& bias, PoseEstimate<double>& estimate) const;
     [[nodiscard]] Mat6<double> noise_covariance(const PoseEstimate<double>& estimate) const;
     [[nodiscard]] Mat6<double> covariance_for(double sigma, const PoseEstimate<double>& estimate) const;
     [[nodiscard]] double noise(const PoseEstimate<double>& estimate) const;
     [[nodiscard]] double strength(const PoseEstimate<double>& estimate) const;
-    void count(PoseEstimate<double>& estimate, DeviceTime time);
 
-    CommonParams<double> params_;
     double frame_s_;
-    DirectTracker<double> high_;
     MetalBias bias_;
     MeanQuadrature mean_quadrature_;
-    Mat3<double> high_quadrature_ = Mat3<double>::Zero();  // of the latest column of each source coil
     SignalMatrixAssembler<double> low_{Microseconds{0}};
     bool awaits_low_ = false;  // the newest frame of the high band is usable, and its low band has not come
     DeviceTime last_frame_{};
     Vec3<double> last_position_m_ = Vec3<double>::Zero();
-    TrackerState state_ = TrackerState::searching;
-    DeviceTime last_valid_{};
-    PoseEstimate<double> last_;  // valid
-    TrackerCounters counters_;
 };
 
 }  // namespace tricoil::tracking

@@ -1,4 +1,4 @@
-#include "core/tracking/dual_band/dual_band_tracker.hpp"
+#include "core/tracking/metal/dual_band_tracker.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,21 +44,17 @@ Mat3<double> quadrature_of(const SignalMatrixAssembler<double>& columns) {
 }  // namespace
 
 DualBandTracker::DualBandTracker(const TrackerParams<double>& params, const Correction& correction)
-    : Tracker<double>(correction),
-      params_(corrected(params.common, correction)),
+    : DirectTracker<double>({params.common, DirectParams{}}, correction),
       frame_s_(std::get_if<DualBandParams>(&params.method)->frame_s),
-      high_({params_, DirectParams{}}),
-      bias_(bias_params(params_, *std::get_if<DualBandParams>(&params.method), correction)),
-      mean_quadrature_(quadrature_params(params_, *std::get_if<DualBandParams>(&params.method), correction)) {}
+      bias_(bias_params(this->params(), *std::get_if<DualBandParams>(&params.method), correction)),
+      mean_quadrature_(quadrature_params(this->params(), *std::get_if<DualBandParams>(&params.method), correction)) {}
 
 void DualBandTracker::do_set_hemisphere(const Vec3<double>& towards) {
-    (void)high_.set_hemisphere(towards);
+    DirectTracker<double>::do_set_hemisphere(towards);
     bias_.clear();
 }
 
 void DualBandTracker::do_update_low(const Column<double>& column) {
-    constexpr ColumnFlags kUnusable{ColumnFlag::saturated,    ColumnFlag::clipped, ColumnFlag::stuck,
-                                    ColumnFlag::no_reference, ColumnFlag::overrun, ColumnFlag::gain_changed};
     if (!awaits_low_ || column.midpoint != last_frame_ || invalid_field(column) || column.flags.has_any(kUnusable)) {
         return;
     }
@@ -68,37 +64,21 @@ void DualBandTracker::do_update_low(const Column<double>& column) {
     }
 }
 
-std::optional<PoseEstimate<double>> DualBandTracker::do_update(const Column<double>& column) {
-    auto estimate = high_.update(column);
-    const TrackerCounters own = counters_;
-    counters_ = high_.counters();
-    if (counters_.accepted > own.accepted) {
-        high_quadrature_.col(coil_index(column.state)) = column.quadrature;
+void DualBandTracker::do_refine(const SignalMatrixAssembler<double>& columns, PoseEstimate<double>& estimate) {
+    follow(quadrature_of(columns), estimate);
+    if (!awaits_low_) {
+        return;
     }
-    counters_.poses = own.poses;
-    counters_.acquisitions = own.acquisitions;
-    counters_.invalid_poses = own.invalid_poses;
-    if (!estimate) {
-        return std::nullopt;
+    const auto bias = bias_.estimate();
+    const bool is_corrected = bias && correct(*bias, estimate);
+    if (!is_corrected) {
+        cover_hidden_metal(bias, estimate);
     }
-    follow(*estimate);
-    if (awaits_low_) {
-        const auto bias = bias_.estimate();
-        const bool is_corrected = bias && correct(*bias, *estimate);
-        if (!is_corrected) {
-            cover_hidden_metal(bias, *estimate);
-        }
-    }
-    if (estimate->valid()) {
-        last_ = *estimate;
-    }
-    count(*estimate, estimate->time);
-    return estimate;
 }
 
 /// Passes the frame to the bias, which starts again after a lost frame of either band, a jump of the clock, a fault, or a change
 /// of the hemisphere.
-void DualBandTracker::follow(const PoseEstimate<double>& high) {
+void DualBandTracker::follow(const Mat3<double>& quadrature, const PoseEstimate<double>& high) {
     constexpr double kTolerance = 0.5;  // of a frame
     const double step_s = seconds_as<double>(high.time - last_frame_);
     const bool is_next = std::abs(step_s - frame_s_) < kTolerance * frame_s_;
@@ -115,8 +95,8 @@ void DualBandTracker::follow(const PoseEstimate<double>& high) {
     last_frame_ = high.time;
     last_position_m_ = high.position_m;
     if (awaits_low_) {
-        bias_.add_high({high.signal_matrix, high_quadrature_}, {high.position_m, high.q_source_sensor});
-        mean_quadrature_.add(high.signal_matrix, high_quadrature_, std::pow(noise(high), 2));
+        bias_.add_high({high.signal_matrix, quadrature}, {high.position_m, high.q_source_sensor});
+        mean_quadrature_.add(high.signal_matrix, quadrature, std::pow(noise(high), 2));
     }
 }
 
@@ -145,25 +125,25 @@ bool DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double
     estimate.distortion_m = std::max(estimate.distortion_m, bias_m);
     estimate.flags.set_if(bias_m > kDeviations * position.sigma, PoseFlag::distorted);
     estimate.flags.clear(PoseFlag::uncertain);  // that was the high band alone
-    estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
+    estimate.flags.set_if(!(deviation_m(estimate) <= params().max_deviation_m), PoseFlag::uncertain);
     return is_better;
 }
 
 /// For metal that shows in the mean quadrature. The error that it may cause is at most what the low band would not show either.
 void DualBandTracker::cover_hidden_metal(const std::optional<MetalBiasEstimate>& bias, PoseEstimate<double>& estimate) const {
-    if (params_.quadrature_floor >= 1) {
+    if (params().quadrature_floor >= 1) {
         return;
     }
-    const double effect = std::sqrt(mean_quadrature_.effect_variance(params_.quadrature_floor * strength(estimate)));
+    const double effect = std::sqrt(mean_quadrature_.effect_variance(params().quadrature_floor * strength(estimate)));
     const Mat6<double> hidden = covariance_for(effect, estimate);
     const auto variance = [](const Mat6<double>& c) { return c.topLeftCorner<3, 3>().trace(); };
     const bool is_limited = bias && variance(bias->covariance) < variance(hidden);
     estimate.covariance += is_limited ? bias->covariance : hidden;
-    estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
+    estimate.flags.set_if(!(deviation_m(estimate) <= params().max_deviation_m), PoseFlag::uncertain);
 }
 
 double DualBandTracker::strength(const PoseEstimate<double>& estimate) const {
-    return field::coupling_strength(params_.coupling_constant, estimate.position_m.norm());
+    return field::coupling_strength(params().coupling_constant, estimate.position_m.norm());
 }
 
 /// Standard deviation of a coupling by noise.
@@ -173,34 +153,13 @@ double DualBandTracker::noise(const PoseEstimate<double>& estimate) const {
 
 /// Of the high band's pose, from noise and the misfit of calibrated coils, without metal.
 Mat6<double> DualBandTracker::noise_covariance(const PoseEstimate<double>& estimate) const {
-    return covariance_for(std::hypot(noise(estimate), params_.misfit_floor * strength(estimate)), estimate);
+    return covariance_for(std::hypot(noise(estimate), params().misfit_floor * strength(estimate)), estimate);
 }
 
 /// sigma: of a coupling.
 Mat6<double> DualBandTracker::covariance_for(double sigma, const PoseEstimate<double>& estimate) const {
     const double range_m = estimate.position_m.norm();
     return solver::pose_covariance<double>(strength(estimate), range_m, estimate.position_m / range_m, sigma);
-}
-
-void DualBandTracker::count(PoseEstimate<double>& estimate, DeviceTime time) {
-    const bool valid = estimate.valid();
-    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
-    counters_.invalid_poses += valid ? 0U : 1U;
-    counters_.acquisitions += valid && state_ != TrackerState::tracking ? 1U : 0U;
-    state_ = next_state(state_, valid, time - last_valid_, params_);
-    last_valid_ = valid ? time : last_valid_;
-    estimate.state = state_;
-}
-
-std::optional<PoseEstimate<double>> DualBandTracker::do_tick(DeviceTime now) {
-    if (counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest ||
-        now - last_valid_ <= params_.lost_after) {
-        return std::nullopt;
-    }
-    PoseEstimate<double> estimate = last_;
-    estimate.flags.set(PoseFlag::stale);
-    count(estimate, now);
-    return estimate;
 }
 
 }  // namespace tricoil::tracking

@@ -16,17 +16,17 @@ class TimeBase {
 public:
     enum class Verdict : std::uint8_t { in_order, late, restarted, duplicate, time_backwards, time_ahead };
 
-    /// max_lateness: largest age of a column relative to the newest. longest_step: largest step ahead without a second stamp.
+    /// max_lateness: largest age of a column relative to the newest; zero: none is older. longest_step: largest step ahead
+    /// without a second stamp.
     TimeBase(Microseconds max_lateness, Microseconds longest_step) : max_lateness_(max_lateness), longest_step_(longest_step) {}
 
-    /// Checks the stamp of a column of source coil 0-2 and stores it unless it is refused. late_allowed: true if the tracker can
-    /// at present use a column older than the newest.
-    Verdict take(int coil, DeviceTime time, bool late_allowed) {
+    /// Checks the stamp of a column of source coil 0-2 and stores it unless it is refused.
+    Verdict take(int coil, DeviceTime time) {
         if (time > kLatest || time < kEarliest) {
             return time > kLatest ? Verdict::time_ahead : Verdict::time_backwards;
         }
         if (started_ && time <= newest_) {
-            return time == newest_ ? same_instant(coil) : before_newest(coil, time, late_allowed);
+            return time == newest_ ? same_instant(coil) : before_newest(coil, time);
         }
         if (started_ && time - newest_ > longest_step_ && !agrees_with_held(time)) {
             return Verdict::time_ahead;
@@ -35,8 +35,11 @@ public:
         return Verdict::in_order;
     }
 
-    /// Source coils (one bit each) whose columns have the newest stamp.
-    [[nodiscard]] unsigned coils_at_newest() const { return instants_[newest_index_].coils; }
+    /// True if columns of all source coils have come with the newest stamp.
+    [[nodiscard]] bool frame_is_over() const {
+        constexpr unsigned kAllCoils = 7;  // one bit per coil
+        return instants_[newest_index_].coils == kAllCoils;
+    }
 
     /// Limits that keep differences of stamps within 64 bits: 36,000 years.
     static constexpr DeviceTime kLatest = device_time_us(std::int64_t{1} << 60);
@@ -79,7 +82,7 @@ private:
         return verdict;
     }
 
-    Verdict before_newest(int coil, DeviceTime time, bool late_allowed) {
+    Verdict before_newest(int coil, DeviceTime time) {
         if (newest_ - time > max_lateness_) {
             return too_old(coil, time);
         }
@@ -87,7 +90,7 @@ private:
         if (known != instants_.end() && (known->coils & bit(coil)) != 0U) {
             return Verdict::duplicate;
         }
-        if (!late_allowed || (known == instants_.end() && time <= forgotten_)) {
+        if (known == instants_.end() && time <= forgotten_) {
             return too_old(coil, time);
         }
         if (known != instants_.end()) {

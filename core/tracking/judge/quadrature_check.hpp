@@ -1,9 +1,9 @@
 // Quadrature of the couplings that noise, motion and the calibrated phases do not explain: a sign of metal.
 #pragma once
 
-#include "core/tracking/column_motion.hpp"
-#include "core/tracking/misfit.hpp"
-#include "core/tracking/signal_matrix_assembler.hpp"
+#include "core/tracking/front/column_motion.hpp"
+#include "core/tracking/front/signal_matrix_assembler.hpp"
+#include "core/tracking/judge/misfit.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking {
