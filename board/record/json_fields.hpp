@@ -2,6 +2,9 @@
 // compile here until it is listed: a replay needs all parameters.
 #pragma once
 
+#include <concepts>
+#include <type_traits>
+
 #include "core/calibration/calibration.hpp"
 #include "core/tracking/tracker_params.hpp"
 
@@ -28,15 +31,19 @@ void visit_common(Params& params, Visit&& visit) {
     visit("search_after_us", search_after);
 }
 
-template <typename Params, typename Visit>
-void visit_direct(Params& params, Visit&& visit) {
+/// Parameters of this method, constant or not.
+template <typename Params, typename Method>
+concept ParamsOf = std::same_as<std::remove_const_t<Params>, Method>;
+
+template <ParamsOf<tracking::DirectParams> Params, typename Visit>
+void visit_method(Params& params, Visit&& visit) {
     auto& [deskew] = params;
     visit("deskew", deskew);
 }
 
 /// The form is not a field: it is part of the method's name.
-template <typename Params, typename Visit>
-void visit_previous(Params& params, Visit&& visit) {
+template <ParamsOf<tracking::PreviousParams> Params, typename Visit>
+void visit_method(Params& params, Visit&& visit) {
     auto& [form, passes, deskew] = params;
     visit("passes", passes);
     visit("deskew", deskew);
@@ -59,8 +66,8 @@ void visit_process_noise(Params& params, Visit&& visit) {
     visit("largest_step", largest_step);
 }
 
-template <typename Params, typename Visit>
-void visit_scaat(Params& params, Visit&& visit) {
+template <ParamsOf<tracking::ScaatParams<double>> Params, typename Visit>
+void visit_method(Params& params, Visit&& visit) {
     auto& [process, gate, most_inflated, start_speed_m_s, start_rate_rad_s, consistency_gain, inconsistent_above, max_lateness,
            coast_limit, predict_ahead] = params;
     visit_process_noise(process, visit);
@@ -75,20 +82,18 @@ void visit_scaat(Params& params, Visit&& visit) {
     visit("predict_ahead_us", predict_ahead);
 }
 
+template <ParamsOf<tracking::DualBandParams> Params, typename Visit>
+void visit_method(Params& params, Visit&& visit) {
+    auto& [frame_s, window_frames] = params;
+    visit("frame_s", frame_s);
+    visit("window_frames", window_frames);
+}
+
 /// Fields of the method that `params` holds. The method's name is not a field.
 template <typename Params, typename Visit>
 void visit_tracker(Params& params, Visit&& visit) {
     visit_common(params.common, visit);
-    if (auto* direct = std::get_if<tracking::DirectParams>(&params.method)) {
-        visit_direct(*direct, visit);
-    } else if (auto* previous = std::get_if<tracking::PreviousParams>(&params.method)) {
-        visit_previous(*previous, visit);
-    } else if (auto* scaat = std::get_if<tracking::ScaatParams<double>>(&params.method)) {
-        visit_scaat(*scaat, visit);
-    } else if (auto* bands = std::get_if<tracking::DualBandParams>(&params.method)) {
-        visit("frame_s", bands->frame_s);
-        visit("window_frames", bands->window_frames);
-    }
+    std::visit([&](auto& method) { visit_method(method, visit); }, params.method);
 }
 
 template <typename Calibration, typename Visit>

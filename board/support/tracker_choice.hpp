@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,7 +19,36 @@
 
 namespace tricoil::host {
 
-inline const std::vector<std::string> kTrackerNames{"direct", "previous", "previous-angles", "scaat", "dual-band"};
+/// A method with its default parameters, or one of its forms.
+struct NamedMethod {
+    std::string_view name;
+    tracking::MethodParams<double> params;
+};
+
+constexpr std::array kMethods{
+    NamedMethod{"direct", tracking::DirectParams{}},
+    NamedMethod{"previous", tracking::PreviousParams{tracking::PreviousParams::Form::vectors}},
+    NamedMethod{"previous-angles", tracking::PreviousParams{tracking::PreviousParams::Form::angles}},
+    NamedMethod{"scaat", tracking::ScaatParams<double>{}},
+    NamedMethod{"dual-band", tracking::DualBandParams{}},
+};
+
+template <typename... Params>
+consteval bool have_names(const std::variant<Params...>&) {
+    const auto has_name = []<typename P>(const P*) {
+        return std::any_of(kMethods.begin(), kMethods.end(), [](const auto& m) { return std::holds_alternative<P>(m.params); });
+    };
+    return (has_name(static_cast<const Params*>(nullptr)) && ...);
+}
+static_assert(have_names(tracking::MethodParams<double>{}), "kMethods must contain every method");
+
+inline std::vector<std::string> names_of_methods() {
+    std::vector<std::string> names;
+    std::transform(kMethods.begin(), kMethods.end(), std::back_inserter(names),
+                   [](const auto& m) { return std::string(m.name); });
+    return names;
+}
+inline const std::vector<std::string> kTrackerNames = names_of_methods();
 
 /// Integer trackers, in the order of fixed::Method.
 inline const std::vector<std::string> kFixedTrackerNames{"fixed-direct", "fixed-previous"};
@@ -74,7 +105,6 @@ inline Microseconds prediction_of(const std::string& typed) {
 /// Method named by --tracker, with default parameters; `scaat,predict_s=SECONDS`: with prediction. Throws InputError for an
 /// unknown name.
 inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
-    using Form = tracking::PreviousParams::Form;
     refuse_fixed_method(typed);
     if (typed.starts_with("scaat,")) {
         tracking::ScaatParams<double> params;
@@ -83,33 +113,27 @@ inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
     }
     std::vector<std::string> names = kTrackerNames;
     names.insert(names.end(), kFixedTrackerNames.begin(), kFixedTrackerNames.end());
-    switch (index_of_name("--tracker", typed, names)) {
-        case 0:
-            return tracking::DirectParams{};
-        case 1:
-            return tracking::PreviousParams{Form::vectors};
-        case 2:
-            return tracking::PreviousParams{Form::angles};
-        case 3:
-            return tracking::ScaatParams<double>{};
-        default:
-            return tracking::DualBandParams{};
-    }
+    return kMethods[index_of_name("--tracker", typed, names)].params;
 }
 
-inline const std::string& name_of_method(const tracking::MethodParams<double>& method) {
-    const auto* previous = std::get_if<tracking::PreviousParams>(&method);
-    const bool angles = previous != nullptr && previous->form == tracking::PreviousParams::Form::angles;
-    return kTrackerNames[angles || method.index() >= 2 ? method.index() + 1 : method.index()];
+inline std::string name_of_method(const tracking::MethodParams<double>& method) {
+    using tracking::PreviousParams;
+    const auto is_it = [&](const NamedMethod& named) {
+        const auto* form = std::get_if<PreviousParams>(&named.params);
+        return named.params.index() == method.index() &&
+               (form == nullptr || form->form == std::get_if<PreviousParams>(&method)->form);
+    };
+    return std::string(std::find_if(kMethods.begin(), kMethods.end(), is_it)->name);
 }
 
 /// Sets deskew of a method that solves signal matrices; no effect on the filter.
 inline void set_deskew(tracking::MethodParams<double>& method, bool deskew) {
-    if (auto* direct = std::get_if<tracking::DirectParams>(&method)) {
-        direct->deskew = deskew;
-    } else if (auto* previous = std::get_if<tracking::PreviousParams>(&method)) {
-        previous->deskew = deskew;
-    }
+    const auto set = [&](auto& params) {
+        if constexpr (requires { params.deskew; }) {
+            params.deskew = deskew;
+        }
+    };
+    std::visit(set, method);
 }
 
 /// Enables deskew if the columns have different times.

@@ -9,7 +9,6 @@ namespace tricoil::fixed {
 namespace {
 
 using tracking::PoseFlag;
-using tracking::TrackerState;
 
 constexpr Status kUnexplained{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
 
@@ -53,7 +52,7 @@ Tracker::Tracker(const Acquisition& acquisition, const DemodulatorParams& demodu
 
 void Tracker::set_hemisphere(const Vec3<Unit>& towards) {
     hemisphere_.set(in_metres(towards));
-    if (has_last_ && dot<29>(last_.direction, towards).raw() < 0) {
+    if (dot<29>(last_.direction, towards).raw() < 0) {
         last_.direction = -last_.direction;
     }
 }
@@ -85,9 +84,7 @@ std::optional<PoseEstimate> Tracker::update(const SampleBlock& block) {
     PoseEstimate estimate = solve(*measurement);
     estimate.sensor = block.sensor;
     estimate.flags.set_if(since_gap_.is_recent(), PoseFlag::columns_missing);
-    advance(estimate.valid(), estimate.time);
-    estimate.state = state_;
-    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
+    count(estimate, estimate.time);
     if (estimate.valid()) {
         last_estimate_ = estimate;
     }
@@ -95,15 +92,12 @@ std::optional<PoseEstimate> Tracker::update(const SampleBlock& block) {
 }
 
 std::optional<PoseEstimate> Tracker::tick(DeviceTime now) {
-    if (counters_.acquisitions == 0 || !is_time(now) || now - last_valid_ <= params_.lost_after) {
+    if (counters_.acquisitions == 0 || !is_time(now) || !state_.is_older(params_.lost_after, now)) {
         return std::nullopt;
     }
-    advance(false, now);
     PoseEstimate estimate = last_estimate_;
-    estimate.sequence = counters_.poses++;
     estimate.flags.set(PoseFlag::stale);
-    estimate.state = state_;
-    ++counters_.invalid_poses;
+    count(estimate, now);
     return estimate;
 }
 
@@ -133,13 +127,11 @@ bool Tracker::is_out_of_order(const SampleBlock& block) {
 void Tracker::restart_tracking(DeviceTime now) {
     ++counters_.restarts;
     columns_ = {};
-    state_ = TrackerState::searching;
-    has_last_ = false;
+    state_.restart(now);
     has_block_ = false;
     solved_at_.reset();
     hemisphere_.forget();
     out_of_order_ = 0;
-    last_valid_ = now;
 }
 
 std::optional<Tracker::Measurement> Tracker::assemble_columns() const {
@@ -164,7 +156,6 @@ std::optional<Tracker::Measurement> Tracker::assemble_columns() const {
 
 PoseEstimate Tracker::solve(const Measurement& measurement) {
     PoseEstimate estimate;
-    estimate.sequence = counters_.poses++;
     estimate.time = measurement.newest;
     estimate.flags = tracking::signal_flags(measurement.flags);
     Result<VectorPose> solved = follow(measurement);
@@ -184,7 +175,6 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
     estimate.q_source_sensor = last_attitude_ = with_sign_of(estimate.q_source_sensor, last_attitude_);
     if (estimate.valid()) {
         last_ = *solved;
-        has_last_ = true;
         hemisphere_.follow(estimate.position_m, estimate.time);
     }
     estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
@@ -193,7 +183,7 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
 
 /// Previous-measurement step from the last pose. Also not_converged if the misfit of the result is too large for a sensor.
 Result<VectorPose> Tracker::follow(const Measurement& measurement) const {
-    if (params_.method == Method::direct || state_ != TrackerState::tracking || !has_last_) {
+    if (params_.method == Method::direct || state() != tracking::TrackerState::tracking) {
         return Status{StatusCode::not_ready, "no previous pose"};
     }
     const auto stepped = step_vectors(measurement.x, params_.coupling_constant, last_, params_.passes);
@@ -235,11 +225,15 @@ void Tracker::fill_estimate(const Measurement& measurement, const VectorPose& po
     estimate.flags.set_if(significant && fit.misfit_share > params_.max_misfit, PoseFlag::no_sensor);
 }
 
-void Tracker::advance(bool valid, DeviceTime time) {
-    counters_.acquisitions += valid && state_ != TrackerState::tracking ? 1U : 0U;
-    state_ = tracking::next_state(state_, valid, time - last_valid_, params_);
-    last_valid_ = valid ? time : last_valid_;
-    has_last_ = has_last_ && state_ != TrackerState::searching;
+void Tracker::count(PoseEstimate& estimate, DeviceTime now) {
+    if (estimate.valid()) {
+        counters_.acquisitions += state_.found(now, params_) ? 1U : 0U;
+    } else {
+        ++counters_.invalid_poses;
+        state_.missed(now, params_);
+    }
+    estimate.state = state();
+    estimate.sequence = counters_.poses++;
 }
 
 }  // namespace tricoil::fixed

@@ -10,8 +10,8 @@
 #include "core/fixed/quaternion.hpp"
 #include "core/fixed/sides.hpp"
 #include "core/tracking/front/columns_since_gap.hpp"
-#include "core/tracking/pose_flags.hpp"
 #include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/state/track_state.hpp"
 
 namespace tricoil::fixed {
 
@@ -80,7 +80,7 @@ public:
     /// Direction to the half space in which the sensor is now; zero: unknown.
     void set_hemisphere(const Vec3<Unit>& towards);
 
-    [[nodiscard]] tracking::TrackerState state() const { return state_; }
+    [[nodiscard]] tracking::TrackerState state() const { return state_.state(); }
     [[nodiscard]] const TrackerCounters& counters() const { return counters_; }
 
     static constexpr int kMaxOutOfOrder = 16;
@@ -102,22 +102,20 @@ private:
     [[nodiscard]] Result<VectorPose> follow(const Measurement& measurement) const;
     [[nodiscard]] Result<VectorPose> acquire(const Measurement& measurement);
     void fill_estimate(const Measurement& measurement, const VectorPose& pose, PoseEstimate& estimate) const;
-    void advance(bool valid, DeviceTime time);
+    void count(PoseEstimate& estimate, DeviceTime now);
 
     TrackerParams params_;
     Demodulator demodulator_;
     Microseconds max_column_span_;
     std::array<Column, kSourceCoils> columns_{};
-    tracking::TrackerState state_ = tracking::TrackerState::searching;
+    tracking::TrackState state_;
     VectorPose last_;
-    bool has_last_ = false;
     tracking::Hemisphere<Metres, Sides> hemisphere_;
     bool has_block_ = false;
     std::uint32_t last_sequence_ = 0;
     DeviceTime last_start_{};
     int out_of_order_ = 0;
     tracking::ColumnsSinceGap since_gap_;
-    DeviceTime last_valid_{};
     std::optional<DeviceTime> solved_at_;  // time of the last pose without a fault, valid or not
     PoseEstimate last_estimate_;
     Quaternion last_attitude_{0, 0, 0, 0};  // of the newest solution; zero: none yet

@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "core/base/flag_set.hpp"
-#include "core/base/time.hpp"
 
 namespace tricoil::tracking {
 
@@ -41,16 +40,5 @@ constexpr PoseFlags kFaultFlags{PoseFlag::saturated, PoseFlag::no_sensor, PoseFl
 constexpr PoseFlags kAllPoseFlags = kInvalidating | PoseFlags{PoseFlag::distorted, PoseFlag::coasting, PoseFlag::columns_missing};
 
 enum class TrackerState : std::uint8_t { searching, tracking, lost };
-
-/// searching -> tracking on a valid pose; tracking -> lost after lost_after without one; lost -> searching after search_after.
-/// `age`: time since the last valid pose.
-template <typename Params>
-TrackerState next_state(TrackerState state, bool valid, Microseconds age, const Params& params) {
-    if (valid) {
-        return TrackerState::tracking;
-    }
-    const bool lost = state == TrackerState::lost || (state == TrackerState::tracking && age > params.lost_after);
-    return !lost ? state : age > params.search_after ? TrackerState::searching : TrackerState::lost;
-}
 
 }  // namespace tricoil::tracking

@@ -42,13 +42,20 @@ Status check_common(const CommonParams<Scalar>& p) {
     return {};
 }
 
-Status check_passes(int passes) {
-    constexpr int kMaxPasses = 10;
-    return passes < 1 || passes > kMaxPasses ? refused("passes must be 1 to 10") : Status{};
+template <typename Scalar>
+Status check_method(const CommonParams<Scalar>&, const DirectParams&) {
+    return {};
 }
 
-Status check_window(Microseconds column_span, const DualBandParams& p) {
-    if (column_span.count() != 0) {
+template <typename Scalar>
+Status check_method(const CommonParams<Scalar>&, const PreviousParams& p) {
+    constexpr int kMaxPasses = 10;
+    return p.passes < 1 || p.passes > kMaxPasses ? refused("passes must be 1 to 10") : Status{};
+}
+
+template <typename Scalar>
+Status check_method(const CommonParams<Scalar>& common, const DualBandParams& p) {
+    if (common.max_column_span.count() != 0) {
         return refused("two bands need simultaneous columns: max_column_span must be zero");
     }
     if (!is_positive(p.frame_s) || p.window_frames < 2 || p.window_frames > DualBandParams::kMaxWindowFrames) {
@@ -128,6 +135,13 @@ Status check_filter_times(const CommonParams<Scalar>& common, const ScaatParams<
     return {};
 }
 
+template <typename Scalar>
+Status check_method(const CommonParams<Scalar>& common, const ScaatParams<Scalar>& p) {
+    Status status = check_process_noise(p.process);
+    status = status.ok() ? check_filter(common, p) : status;
+    return status.ok() ? check_filter_times(common, p) : status;
+}
+
 /// Motion at the rate X' induces X'/w at a carrier w and leaks, in a window, X'/2w into the same carrier and X'/d into a carrier
 /// at the distance d.
 [[maybe_unused]] double quadrature_lag_s(const signal::AcquisitionPlan& plan) {
@@ -175,19 +189,11 @@ DualBandParams dual_band_params(double frame_s) {
 
 template <typename Scalar>
 Status check(const TrackerParams<Scalar>& params) {
-    Status status = check_common(params.common);
-    if (const auto* previous = std::get_if<PreviousParams>(&params.method); previous != nullptr && status.ok()) {
-        status = check_passes(previous->passes);
+    const Status status = check_common(params.common);
+    if (!status.ok()) {
+        return status;
     }
-    if (const auto* bands = std::get_if<DualBandParams>(&params.method); bands != nullptr && status.ok()) {
-        status = check_window(params.common.max_column_span, *bands);
-    }
-    if (const auto* filter = std::get_if<ScaatParams<Scalar>>(&params.method); filter != nullptr) {
-        status = status.ok() ? check_process_noise(filter->process) : status;
-        status = status.ok() ? check_filter(params.common, *filter) : status;
-        status = status.ok() ? check_filter_times(params.common, *filter) : status;
-    }
-    return status;
+    return std::visit([&](const auto& method) { return check_method(params.common, method); }, params.method);
 }
 
 template void set_plan(CommonParams<float>&, const signal::AcquisitionPlan&);

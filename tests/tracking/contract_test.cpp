@@ -1,110 +1,105 @@
-// What every tracker promises, whatever its method and its scalar type.
+// What every tracker promises, whatever its method and its numbers.
 #include <gtest/gtest.h>
 
-#include "core/tracking/matrix/previous_tracker.hpp"
-#include "core/tracking/metal/dual_band_tracker.hpp"
-#include "core/tracking/scaat/general_tracker.hpp"
-#include "core/tracking/scaat/scaat_tracker.hpp"
+#include "tests/support/contract_subjects.hpp"
 
-namespace tricoil::tracking {
+namespace tricoil::test {
 namespace {
 
-constexpr double kRange_m = 0.5;
-constexpr Microseconds kFrame{4167};
+using tracking::PoseFlag;
+using tracking::TrackerState;
 
-template <typename Scalar>
-TrackerParams<Scalar> params_of(const MethodParams<Scalar>& method) {
-    TrackerParams<Scalar> params;
-    params.method = method;
-    return params;
-}
+constexpr double kPlace_m = 2.5;
+constexpr Microseconds kLostAfter{100'000};
+constexpr Microseconds kSearchAfter{1'000'000};
 
-template <typename Scalar>
-calibration::Calibration<Scalar> ideal_coils() {
-    calibration::Calibration<Scalar> coils;
-    coils.model = field::GeneralDipole<Scalar>::concentric(Scalar(1));
-    return coils;
-}
-
-template <typename Scalar_>
-struct Direct {
-    using Scalar = Scalar_;
-    DirectTracker<Scalar> tracker{params_of<Scalar>(DirectParams{})};
-};
-template <typename Scalar_>
-struct Previous {
-    using Scalar = Scalar_;
-    PreviousTracker<Scalar> tracker{params_of<Scalar>(PreviousParams{})};
-};
-template <typename Scalar_>
-struct Scaat {
-    using Scalar = Scalar_;
-    ScaatTracker<Scalar> tracker{params_of<Scalar>(ScaatParams<Scalar>{})};
-};
-template <typename Scalar_>
-struct General {
-    using Scalar = Scalar_;
-    GeneralTracker<Scalar> tracker{params_of<Scalar>(ScaatParams<Scalar>{}), ideal_coils<Scalar>()};
-};
-struct TwoBands {
-    using Scalar = double;
-    DualBandTracker tracker{params_of<double>(DualBandParams{})};
-};
-
-/// A sensor at rest on the x axis; simultaneous columns.
+/// A sensor at rest on the x axis.
 template <typename Subject>
 class TrackerContract : public ::testing::Test {
 protected:
-    using Scalar = typename Subject::Scalar;
-    using Pose = std::optional<PoseEstimate<Scalar>>;
-
-    /// Three columns of a sensor at `range_m`. Returns the pose that they give.
-    Pose columns(double range_m, ColumnFlags flags = {}) {
-        const auto k = field::coupling_strength(Scalar(1), static_cast<Scalar>(range_m));
-        Pose last;
-        for (int j = 0; j < kSourceCoils; ++j) {
-            Column<Scalar> column;
-            column.state = single_coil(j);
-            column.midpoint = time_;
-            column.in_phase = Scalar(j == 0 ? 1 : -0.5) * k * Vec3<Scalar>::Unit(j);
-            column.sigma.setConstant(Scalar(1e-4));
-            column.flags = flags;
-            if (const Pose pose = subject_.tracker.update(column)) {
-                last = pose;
-            }
+    /// Frames of a good signal. Returns the last pose.
+    Seen run(int frames) {
+        Seen last;
+        for (int n = 0; n < frames; ++n) {
+            last = subject_.frame(kPlace_m).value_or(last);
         }
         return last;
     }
-    void next_frame() { time_ += kFrame; }
+
+    /// Runs until the poses are valid. Returns the time of the last one.
+    DeviceTime track() {
+        const Seen last = run(30);
+        EXPECT_TRUE(last.valid) << last.flags.bits();
+        EXPECT_NEAR(last.x_m, kPlace_m, 0.01);
+        EXPECT_EQ(subject_.tracker.state(), TrackerState::tracking);
+        return last.time;
+    }
 
     Subject subject_;
-    DeviceTime time_ = device_time_us(1'000'000);
 };
 
 using Subjects = ::testing::Types<Direct<float>, Direct<double>, Previous<float>, Previous<double>, Scaat<float>, Scaat<double>,
-                                  General<float>, General<double>, TwoBands>;
+                                  General<float>, General<double>, TwoBands, FixedDirect, FixedPrevious>;
 TYPED_TEST_SUITE(TrackerContract, Subjects);
 
-/// The low band shows the sensor elsewhere, except to the tracker that uses it.
+TYPED_TEST(TrackerContract, FindsAStillSensor) {
+    EXPECT_EQ(this->subject_.tracker.state(), TrackerState::searching);
+    EXPECT_FALSE(this->subject_.tracker.tick(this->subject_.now() + kSearchAfter)) << "a pose before the first column";
+    this->track();
+    EXPECT_EQ(this->subject_.tracker.counters().acquisitions, 1U);
+}
+
+/// The low band shows the sensor elsewhere, except to the tracker that uses it. Trackers in integers get no low band.
 TYPED_TEST(TrackerContract, LowBandColumnsGiveNoPoseInEitherOrder) {
-    const double low_m = std::is_same_v<TypeParam, TwoBands> ? kRange_m : 0.8;
-    for (const bool low_first : {true, false}) {
-        for (int n = 0; n < 30; ++n, this->next_frame()) {
-            if (low_first) {
-                ASSERT_FALSE(this->columns(low_m, {ColumnFlag::low_band})) << n;
+    if constexpr (requires { this->subject_.low_band(kPlace_m, true); }) {
+        const double low_m = std::is_same_v<TypeParam, TwoBands> ? kPlace_m : 4;
+        for (const bool low_first : {true, false}) {
+            for (int n = 0; n < 30; ++n) {
+                const bool gave_early = low_first && this->subject_.low_band(low_m, true);
+                const auto pose = this->subject_.frame(kPlace_m);
+                const bool gave_late = !low_first && this->subject_.low_band(low_m, false);
+                ASSERT_FALSE(gave_early || gave_late) << n;
+                ASSERT_TRUE(!pose || !pose->valid || std::abs(pose->x_m - kPlace_m) < 0.01) << n << ": " << pose->x_m;
+                EXPECT_TRUE(n < 5 || (pose && pose->valid)) << n;
             }
-            const auto pose = this->columns(kRange_m);
-            if (!low_first) {
-                ASSERT_FALSE(this->columns(low_m, {ColumnFlag::low_band})) << n;
-            }
-            if (pose && pose->valid()) {
-                ASSERT_NEAR(pose->position_m.x(), kRange_m, 1e-3) << n << (low_first ? ", low band first" : "");
-            }
-            EXPECT_TRUE(n < 5 || (pose && pose->valid())) << n;
         }
+        EXPECT_EQ(this->subject_.tracker.counters().accepted, 2U * 30 * 3);
     }
-    EXPECT_EQ(this->subject_.tracker.counters().accepted, 2U * 30 * 3);
+}
+
+/// A fault ends tracking as late as silence does.
+TYPED_TEST(TrackerContract, IsLostATenthOfASecondAfterTheLastValidPose) {
+    const DeviceTime last_valid = this->track();
+    DeviceTime now = last_valid;
+    while (this->subject_.tracker.state() == TrackerState::tracking && now < last_valid + kSearchAfter) {
+        const auto pose = this->subject_.saturated_frame(kPlace_m);
+        ASSERT_FALSE(pose && pose->valid);
+        now = this->subject_.now();
+    }
+    EXPECT_GT(now - last_valid, kLostAfter);
+    EXPECT_LT(now - last_valid, kLostAfter + 2 * TypeParam::kFrame);
+    EXPECT_EQ(this->subject_.tracker.state(), TrackerState::lost);
+    this->run(30);
+    EXPECT_EQ(this->subject_.tracker.state(), TrackerState::tracking);
+    EXPECT_EQ(this->subject_.tracker.counters().acquisitions, 2U);
+}
+
+TYPED_TEST(TrackerContract, SilenceEndsTrackingAndThenForgets) {
+    const DeviceTime last_valid = this->track();
+    auto& tracker = this->subject_.tracker;
+    (void)tracker.tick(last_valid + kLostAfter);
+    EXPECT_EQ(tracker.state(), TrackerState::tracking);
+    const auto stale = tracker.tick(last_valid + kLostAfter + Microseconds{1});
+    ASSERT_TRUE(stale);
+    EXPECT_TRUE(stale->flags.has(PoseFlag::stale));
+    EXPECT_FALSE(stale->valid());
+    EXPECT_EQ(tracker.state(), TrackerState::lost);
+    EXPECT_EQ(stale->state, TrackerState::lost);
+    (void)tracker.tick(last_valid + kSearchAfter);
+    EXPECT_EQ(tracker.state(), TrackerState::lost);
+    (void)tracker.tick(last_valid + kSearchAfter + Microseconds{1});
+    EXPECT_EQ(tracker.state(), TrackerState::searching);
 }
 
 }  // namespace
-}  // namespace tricoil::tracking
+}  // namespace tricoil::test

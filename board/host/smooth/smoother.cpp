@@ -70,12 +70,11 @@ void Smoother::finish(const tracking::AnyTracker<double>& tracker) { smooth_firs
 
 bool Smoother::begins_interval(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker) {
     const tracking::TrackerCounters& c = tracker.counters();
-    const std::uint64_t restarts = c.acquisitions + c.reacquisitions + c.clock_restarts + c.covariance_inflations;
+    const std::uint64_t restarts = c.clock_restarts + c.covariance_inflations;
     const bool restarted = std::exchange(restarts_, restarts) != restarts;
-    if (steps_.empty() || restarted || estimate.state != tracking::TrackerState::tracking) {
-        return true;
-    }
-    return steps_.back().filtered.state != tracking::TrackerState::tracking || estimate.time < steps_.back().filtered.time;
+    const int run = tracker.filter_state()->run;
+    return restarted || run == 0 || steps_.empty() || steps_.back().filter.run != run ||
+           estimate.time < steps_.back().filtered.time;
 }
 
 SmoothedPose Smoother::reported(const Step& step, const tracking::scaat::State<double>& smoothed,
@@ -107,8 +106,8 @@ void Smoother::smooth_first(std::size_t count, const tracking::AnyTracker<double
         smoothed[k] = is_last ? steps_[k].filter.state : step_back(steps_[k].filter, smoothed[k + 1]);
     }
     for (std::size_t k = 0; k < count; ++k) {
-        const bool tracks = steps_[k].filtered.state == tracking::TrackerState::tracking;
-        receiver_(tracks ? reported(steps_[k], smoothed[k], tracker) : SmoothedPose{steps_[k].filtered});
+        const bool is_running = steps_[k].filter.run > 0;
+        receiver_(is_running ? reported(steps_[k], smoothed[k], tracker) : SmoothedPose{steps_[k].filtered});
     }
     steps_.erase(steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(count));
 }

@@ -32,13 +32,12 @@ Mat3<Scalar> induced_couplings(const field::InducedDipoles<Scalar>& metal, const
 
 template <typename Scalar>
 MatrixTracker<Scalar>::MatrixTracker(const CommonParams<Scalar>& params, bool deskew, Step step, const Correction& correction)
-    : Tracker<Scalar>(correction, Microseconds{0}, params.lost_after),
-      params_(Tracker<Scalar>::corrected(params, correction)),
+    : Tracker<Scalar>(params, correction, Microseconds{0}),
       deskew_(deskew),
       step_(step),
       assembler_(params.max_column_span, deskew),
       motion_(params.max_column_span.count() > 0 ? kSourceCoils : 1),
-      hemisphere_(params_.hemisphere, params.confined),
+      hemisphere_(this->params().hemisphere, params.confined),
       column_motion_(params) {}
 
 template <typename Scalar>
@@ -47,7 +46,7 @@ void MatrixTracker<Scalar>::do_set_hemisphere(const Vec3<Scalar>& towards) {
     if (solved_.position_m.dot(towards) < 0) {
         solved_.position_m = -solved_.position_m;
     }
-    if (has_last_ && last_.direction.dot(towards) < 0) {
+    if (last_.direction.dot(towards) < 0) {
         last_.direction = -last_.direction;
         do_follow(last_, false);
         motion_.clear();  // the next pose is on the other side: the difference is not motion
@@ -65,7 +64,6 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
     }
     PoseEstimate<Scalar> estimate;
     estimate.sensor = column.sensor;
-    estimate.sequence = static_cast<std::uint32_t>(this->counters_.poses++);
     estimate.time = matrix->newest;
     estimate.signal_matrix = matrix->x;
     estimate.flags = signal_flags(matrix->flags);
@@ -88,7 +86,6 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
     }
     if (estimate.valid()) {
         last_ = *solved;
-        has_last_ = true;
         do_follow(last_, stepped);
     }
     if (shows_side(estimate)) {
@@ -100,9 +97,7 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
         motion_.clear();
     }
     do_refine(assembler_, estimate);
-    advance(estimate.valid(), estimate.time);
-    estimate.state = state_;
-    this->counters_.invalid_poses += estimate.valid() ? 0U : 1U;
+    this->count(estimate, estimate.time, estimate.time);
     if (estimate.valid()) {
         last_estimate_ = estimate;
     }
@@ -111,25 +106,18 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
 
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_tick(DeviceTime now) {
-    if (this->counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest ||
-        now - last_valid_ <= params_.lost_after) {
+    if (!this->is_stale(now)) {
         return std::nullopt;
     }
     motion_.clear();
-    advance(false, now);
     PoseEstimate<Scalar> estimate = last_estimate_;
-    estimate.sequence = static_cast<std::uint32_t>(this->counters_.poses++);
     estimate.flags.set(PoseFlag::stale);
-    estimate.state = state_;
-    ++this->counters_.invalid_poses;
+    this->count(estimate, estimate.time, now);
     return estimate;
 }
 
 template <typename Scalar>
-void MatrixTracker<Scalar>::do_restart(DeviceTime now) {
-    state_ = TrackerState::searching;
-    has_last_ = false;
-    last_valid_ = now;
+void MatrixTracker<Scalar>::do_restart(DeviceTime /*now*/) {
     assembler_.clear();
     motion_.clear();
     forget_column_motion();
@@ -159,11 +147,11 @@ void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate, b
 /// for its linearisation, or the misfit of its result is too large for a sensor.
 template <typename Scalar>
 auto MatrixTracker<Scalar>::step(const Mat3<Scalar>& x) -> Result<Pose> {
-    if (state_ != TrackerState::tracking || !has_last_) {
+    if (this->state() != TrackerState::tracking) {
         return Status{StatusCode::not_ready, "no previous pose"};
     }
     const Result<Pose> next = this->surroundings() == nullptr ? do_step(x, last_) : step_near_metal(x);
-    if (next.ok() && misfit_squared(x, *next) > params_.max_misfit * x.squaredNorm()) {
+    if (next.ok() && misfit_squared(x, *next) > this->params().max_misfit * x.squaredNorm()) {
         return Status{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
     }
     return next;
@@ -183,7 +171,7 @@ auto MatrixTracker<Scalar>::step_near_metal(const Mat3<Scalar>& x) -> Result<Pos
 /// Direct solution, in the hemisphere from continuity or setting.
 template <typename Scalar>
 auto MatrixTracker<Scalar>::acquire(const SignalMatrix<Scalar>& matrix) -> Result<Pose> {
-    const auto direct = solver::solve_direct(matrix.x, params_.coupling_constant);
+    const auto direct = solver::solve_direct(matrix.x, this->params().coupling_constant);
     if (!direct.ok()) {
         return direct.status();
     }
@@ -194,7 +182,7 @@ auto MatrixTracker<Scalar>::acquire(const SignalMatrix<Scalar>& matrix) -> Resul
     if (this->surroundings() == nullptr) {
         return pose;
     }
-    const auto solved = solver::solve_near_metal<Scalar>(*this->surroundings(), matrix.x, params_.coupling_constant,
+    const auto solved = solver::solve_near_metal<Scalar>(*this->surroundings(), matrix.x, this->params().coupling_constant,
                                                          pose.range_m * pose.direction, pose.attitude);
     if (!solved.ok()) {
         return solved.status();
@@ -204,7 +192,7 @@ auto MatrixTracker<Scalar>::acquire(const SignalMatrix<Scalar>& matrix) -> Resul
 
 template <typename Scalar>
 Scalar MatrixTracker<Scalar>::misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const {
-    const Scalar k = field::coupling_strength(params_.coupling_constant, pose.range_m);
+    const Scalar k = field::coupling_strength(this->params().coupling_constant, pose.range_m);
     Mat3<Scalar> rest = x - k * pose.attitude * field::dipole_factor(pose.direction);
     if (this->surroundings() != nullptr) {
         rest -= induced_couplings(*this->surroundings(), pose);
@@ -227,15 +215,16 @@ Scalar MatrixTracker<Scalar>::linearization_share(const Pose& pose) const {
 template <typename Scalar>
 void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, const Pose& pose, bool stepped,
                                           PoseEstimate<Scalar>& estimate) {
-    const Scalar k = field::coupling_strength(params_.coupling_constant, pose.range_m);
+    const Scalar k = field::coupling_strength(this->params().coupling_constant, pose.range_m);
     const Scalar misfit = misfit_squared(matrix.x, pose);
     const Scalar snr = k / matrix.sigma;
     estimate.position_m = pose.range_m * pose.direction;
     estimate.q_source_sensor = geometry::attitude_quaternion(pose.attitude);
-    const Scalar floor = params_.misfit_floor * k;
+    const Scalar floor = this->params().misfit_floor * k;
     const Scalar linearization = stepped ? k * linearization_share(pose) : Scalar(0);
     const Scalar still = matrix.sigma * matrix.sigma + floor * floor;
-    const Scalar variance = still + column_motion_.error_variance(matrix, params_.window_s) + linearization * linearization;
+    const Scalar variance =
+        still + column_motion_.error_variance(matrix, this->params().window_s) + linearization * linearization;
     // A step is not a least-squares fit, so its misfit contains some of the pose's noise (simulated: 1.16 times the misfit of a
     // fit).
     constexpr Scalar kStepMisfit = Scalar(1.16);
@@ -243,20 +232,20 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     estimate.distortion_chi_square = misfit / expected;
     estimate.snr_db = 20 * std::log10(snr);
     estimate.flags.set_if(matrix.x.determinant() < 0, PoseFlag::wrong_handedness);
-    estimate.flags.set_if(snr < params_.min_snr, PoseFlag::low_signal);
-    const bool significant = estimate.distortion_chi_square > params_.distortion_gate;
-    estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
+    estimate.flags.set_if(snr < this->params().min_snr, PoseFlag::low_signal);
+    const bool significant = estimate.distortion_chi_square > this->params().distortion_gate;
+    estimate.flags.set_if(significant && misfit > this->params().max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
     const bool has_quadrature = judge_quadrature(matrix, k, estimate.flags);
     estimate.flags.set_if((significant || has_quadrature) && column_motion_.known(), PoseFlag::distorted);
     if (unconfirmed_ == 0) {  // a fault is not metal
         const Scalar metal = estimate.flags.has_any(kFaultFlags) ? Scalar(0) : misfit;
-        misfit_.add(metal, expected, still, params_.distortion_gate, matrix.newest);
+        misfit_.add(metal, expected, still, this->params().distortion_gate, matrix.newest);
     }
     const Scalar shown = quadrature_.variance();
     estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(std::max(misfit_.variance(), shown)));
     const Scalar metal = std::max(misfit_.covered_variance(), shown);
     estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + metal));
-    estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
+    estimate.flags.set_if(!(deviation_m(estimate) <= this->params().max_deviation_m), PoseFlag::uncertain);
 }
 
 /// True if the quadrature shows metal. Faults, columns of unknown phase and unknown motion cause a quadrature too. flags: those
@@ -268,7 +257,7 @@ bool MatrixTracker<Scalar>::judge_quadrature(const SignalMatrix<Scalar>& matrix,
         quadrature_.clear();
         return false;
     }
-    return quadrature_.add(matrix, strength, column_motion_, params_);
+    return quadrature_.add(matrix, strength, column_motion_, this->params());
 }
 
 /// True if the last solved pose is near enough in time and place for the motion of a body.
@@ -276,7 +265,7 @@ template <typename Scalar>
 bool MatrixTracker<Scalar>::is_continuation(const PoseEstimate<Scalar>& estimate) const {
     constexpr Scalar kDeviations = 5;
     const Microseconds step = estimate.time - solved_.time;
-    if (!solved_.exists || step > params_.lost_after) {
+    if (!solved_.exists || step > this->params().lost_after) {
         return false;
     }
     const Scalar reach_m =
@@ -287,24 +276,24 @@ bool MatrixTracker<Scalar>::is_continuation(const PoseEstimate<Scalar>& estimate
 /// Error budget of this pose, with motion from the poses and the actual ages of the columns.
 template <typename Scalar>
 void MatrixTracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, Step step, PoseEstimate<Scalar>& estimate) {
-    const auto motion = motion_.add(estimate.time, estimate.position_m, estimate.q_source_sensor, params_.lost_after);
+    const auto motion = motion_.add(estimate.time, estimate.position_m, estimate.q_source_sensor, this->params().lost_after);
     if (!motion) {
         return;
     }
     error_model::BudgetParams<Scalar> budget;
     budget.timing.update_s = seconds_as<Scalar>(estimate.time - last_estimate_.time);
     budget.timing.column_age_s = matrix.column_age_s;
-    budget.timing.window_s = params_.window_s;
-    budget.timing.latency_s = params_.latency_s;
+    budget.timing.window_s = this->params().window_s;
+    budget.timing.latency_s = this->params().latency_s;
     budget.solver = step.form;
     budget.passes = step.passes;
     auto errors = error_model::systematic_errors(*motion, budget);
     // Deskew leaves the curvature of the couplings, which the columns show.
     const auto extrapolation = column_motion_.extrapolation(matrix, curvatures_);
-    errors.skew += error_model::matrix_error<Scalar>(*motion, extrapolation.missing / params_.coupling_constant);
+    errors.skew += error_model::matrix_error<Scalar>(*motion, extrapolation.missing / this->params().coupling_constant);
     const Scalar range_m = estimate.position_m.norm();
-    const Scalar k = field::coupling_strength(params_.coupling_constant, range_m);
-    const Scalar variance = matrix.sigma * matrix.sigma + floor_variance(params_.misfit_floor, k);
+    const Scalar k = field::coupling_strength(this->params().coupling_constant, range_m);
+    const Scalar variance = matrix.sigma * matrix.sigma + floor_variance(this->params().misfit_floor, k);
     estimate.predicted_error = error_model::budget_of<Scalar>(
         errors, solver::pose_covariance<Scalar>(k, range_m, estimate.position_m / range_m, std::sqrt(variance)),
         extrapolation.variance / variance);
@@ -314,14 +303,6 @@ template <typename Scalar>
 void MatrixTracker<Scalar>::forget_column_motion() {
     column_motion_.clear();
     curvatures_ = {};
-}
-
-template <typename Scalar>
-void MatrixTracker<Scalar>::advance(bool valid, DeviceTime time) {
-    this->counters_.acquisitions += valid && state_ != TrackerState::tracking ? 1U : 0U;
-    state_ = next_state(state_, valid, time - last_valid_, params_);
-    last_valid_ = valid ? time : last_valid_;
-    has_last_ = has_last_ && state_ != TrackerState::searching;
 }
 
 #if TRICOIL_FLOAT_TRACKERS

@@ -30,9 +30,6 @@ protected:
 
     MatrixTracker(const CommonParams<Scalar>& params, bool deskew, Step step, const Correction& correction);
 
-    /// Of corrected columns.
-    [[nodiscard]] const CommonParams<Scalar>& params() const { return params_; }
-
     void do_set_hemisphere(const Vec3<Scalar>& towards) override;
 
 private:
@@ -46,7 +43,6 @@ private:
     std::optional<PoseEstimate<Scalar>> do_update(const Column<Scalar>& column, bool is_late) final;
     void do_restart(DeviceTime now) final;
     std::optional<PoseEstimate<Scalar>> do_tick(DeviceTime now) final;
-    [[nodiscard]] TrackerState do_state() const final { return state_; }
 
     [[nodiscard]] Result<Pose> step(const Mat3<Scalar>& x);
     [[nodiscard]] Result<Pose> acquire(const SignalMatrix<Scalar>& matrix);
@@ -59,16 +55,12 @@ private:
     bool judge_quadrature(const SignalMatrix<Scalar>& matrix, Scalar strength, PoseFlags flags);
     void predict_error(const SignalMatrix<Scalar>& matrix, Step step, PoseEstimate<Scalar>& estimate);
     void forget_column_motion();
-    void advance(bool valid, DeviceTime time);
 
-    CommonParams<Scalar> params_;
     bool deskew_;
     Step step_;
     SignalMatrixAssembler<Scalar> assembler_;
     MotionEstimate<Scalar> motion_;
-    TrackerState state_ = TrackerState::searching;
     Pose last_;
-    bool has_last_ = false;
     Hemisphere<Scalar> hemisphere_;
     ColumnMotion<Scalar> column_motion_;
     std::array<typename ColumnMotion<Scalar>::Curvature, kSourceCoils> curvatures_{};
@@ -82,7 +74,6 @@ private:
         bool exists = false;
     } solved_;
     int unconfirmed_ = 0;  // columns to come until deskew no longer uses columns of a bad matrix
-    DeviceTime last_valid_{};
     PoseEstimate<Scalar> last_estimate_;
 };
 

@@ -34,15 +34,10 @@ AnyTracker<Scalar>::AnyTracker(const TrackerParams<Scalar>& params, const Correc
 template <typename Scalar>
 void AnyTracker<Scalar>::make(const TrackerParams<Scalar>& params, const Correction& correction) {
     TRICOIL_ASSERT(tracking::check(params).ok());
-    if (std::holds_alternative<DirectParams>(params.method)) {
-        tracker_ = &method_.template emplace<DirectTracker<Scalar>>(params, correction);
-    } else if (std::holds_alternative<PreviousParams>(params.method)) {
-        tracker_ = &method_.template emplace<PreviousTracker<Scalar>>(params, correction);
-    } else if (std::holds_alternative<DualBandParams>(params.method)) {
-        tracker_ = &method_.template emplace<DualBandTracker>(params, correction);
-    } else {
-        tracker_ = &method_.template emplace<ScaatTracker<Scalar>>(params, correction);
-    }
+    const auto emplace = [&]<typename Params>(const Params&) {
+        tracker_ = &method_.template emplace<TrackerOf<Scalar, Params>>(params, correction);
+    };
+    std::visit(emplace, params.method);
 }
 
 template <typename Scalar>

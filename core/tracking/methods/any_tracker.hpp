@@ -9,6 +9,19 @@
 
 namespace tricoil::tracking {
 
+// Tracker of each method.
+template <typename Scalar>
+DirectTracker<Scalar> tracker_of(const DirectParams&);
+template <typename Scalar>
+PreviousTracker<Scalar> tracker_of(const PreviousParams&);
+template <typename Scalar>
+ScaatTracker<Scalar> tracker_of(const ScaatParams<Scalar>&);
+template <typename Scalar>
+DualBandTracker tracker_of(const DualBandParams&);
+
+template <typename Scalar, typename Params>
+using TrackerOf = decltype(tracker_of<Scalar>(std::declval<Params>()));
+
 /// The parameters select the method. Coils that CoilCorrection cannot correct need the filter; the tracker is then a
 /// GeneralTracker.
 template <typename Scalar>
@@ -39,11 +52,13 @@ public:
     [[nodiscard]] const TrackerCounters& counters() const { return tracker_->counters(); }
 
 private:
+    template <typename... Params>
+    static std::variant<std::monostate, TrackerOf<Scalar, Params>..., GeneralTracker<Scalar>> any_of(
+        const std::variant<Params...>&);
+
     void make(const TrackerParams<Scalar>& params, const Correction& correction);
 
-    std::variant<std::monostate, DirectTracker<Scalar>, PreviousTracker<Scalar>, ScaatTracker<Scalar>, GeneralTracker<Scalar>,
-                 DualBandTracker>
-        method_;
+    decltype(any_of(std::declval<MethodParams<Scalar>>())) method_;
     Tracker<Scalar>* tracker_ = nullptr;  // in method_
 };
 

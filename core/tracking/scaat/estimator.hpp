@@ -17,6 +17,7 @@ struct FilterState {
     State<Scalar> state;
     Intensity<Scalar> intensity;
     Scalar covariance_factor = 1;  // see Estimator
+    int run = 0;                   // counts the starts of the filter; 0: it is not running
 };
 
 /// Single constraint at a time (Welch and Bishop 1997), with an outlier gate and process noise estimated from the innovations.

@@ -26,7 +26,7 @@ public:
     [[nodiscard]] Intensity<Scalar> intensity() const { return estimator_.intensity(); }
     /// In the frame of corrected columns, as motion().
     [[nodiscard]] FilterState<Scalar> filter_state() const {
-        return {estimator_.state(), estimator_.intensity(), estimator_.covariance_factor()};
+        return {estimator_.state(), estimator_.intensity(), estimator_.covariance_factor(), is_running_ ? starts_ : 0};
     }
     [[nodiscard]] Scalar consistency() const { return estimator_.consistency(); }
 
@@ -44,7 +44,6 @@ private:
     void do_restart(DeviceTime now) final;
     Pose do_tick(DeviceTime now) final;
     void do_set_hemisphere(const Vec3<Scalar>& towards) final;
-    [[nodiscard]] TrackerState do_state() const final { return state_; }
 
     // Tracking: one column (TDM, or late), or the columns of a frame (FDM).
     Pose track_column(const Column<Scalar>& column);
@@ -68,19 +67,19 @@ private:
     void resolve_hemisphere(StartPose<Scalar>& pose, const SignalMatrix<Scalar>& matrix);
     void turn_around();
     [[nodiscard]] bool continue_side(Scalar deviation_m);
-    void lose(DeviceTime time);
+    void stop();
 
-    [[nodiscard]] Pose report(PoseFlags flags, Microseconds ahead);
+    [[nodiscard]] Pose report(PoseFlags flags, Microseconds ahead, DeviceTime now);
 
-    CommonParams<Scalar> common_;
     ScaatParams<Scalar> params_;
     Model model_;
-    TrackerState state_ = TrackerState::searching;
     Intake<Scalar> intake_;
     Estimator<Scalar, Model> estimator_;
     Health<Scalar, Model> health_;
     Hemisphere<Scalar> hemisphere_;
-    bool is_vague_ = false;  // the last pose may have passed to the other side of the source
+    int starts_ = 0;
+    bool is_running_ = false;  // the estimator has a state that the next column continues
+    bool is_vague_ = false;    // the last pose may have passed to the other side of the source
     TimedPose<Scalar> last_start_;
     std::uint8_t sensor_ = 0;
 };

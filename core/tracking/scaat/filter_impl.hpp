@@ -20,14 +20,13 @@ constexpr PoseFlags kDiscontinuous{PoseFlag::saturated,         PoseFlag::no_sen
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Filter<Scalar, Model>::Filter(const CommonParams<Scalar>& common, const ScaatParams<Scalar>& params, const Model& model,
                               const Correction& correction)
-    : Tracker<Scalar>(correction, params.max_lateness, common.lost_after),
-      common_(Tracker<Scalar>::corrected(common, correction)),
+    : Tracker<Scalar>(common, correction, params.max_lateness),
       params_(params),
       model_(model),
       intake_(common.max_column_span),
       estimator_(params_, model_, this->counters_),
-      health_(common_, model_),
-      hemisphere_(common_.hemisphere, common.confined) {
+      health_(this->params(), model_),
+      hemisphere_(this->params().hemisphere, common.confined) {
     if constexpr (requires { model_.surroundings; }) {
         model_.surroundings = Tracker<Scalar>::surroundings();
     }
@@ -36,15 +35,14 @@ Filter<Scalar, Model>::Filter(const CommonParams<Scalar>& common, const ScaatPar
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::do_update(const Column<Scalar>& column, bool is_late) -> Pose {
     sensor_ = column.sensor;
-    if (state_ == TrackerState::tracking && !is_late) {
+    if (is_running_ && !is_late) {
         // Without this coil the state may have moved to a false solution, so the filter does not continue from it.
         const bool returns = estimator_.history().silence(coil_index(column.state), column.midpoint) > params_.coast_limit;
-        if (returns || estimator_.history().silence(column.midpoint) > common_.lost_after) {
-            lose(column.midpoint);
+        if (returns || estimator_.history().silence(column.midpoint) > this->params().lost_after) {
+            stop();
         }
     }
-    if (state_ != TrackerState::tracking) {
-        lose(column.midpoint);
+    if (!is_running_) {
         return search(column);
     }
     return intake_.in_frames() && column.midpoint >= motion().time ? track_frame(column) : track_column(column);
@@ -79,7 +77,7 @@ auto Filter<Scalar, Model>::track_frame(const Column<Scalar>& column) -> Pose {
         return end_frame(column);
     }
     const std::optional<SignalMatrix<Scalar>> matrix = take_into_frame(column);
-    if (!this->time_base_.frame_is_over()) {
+    if (!this->frame_is_over()) {
         return std::nullopt;
     }
     if (matrix) {
@@ -103,8 +101,8 @@ auto Filter<Scalar, Model>::end_frame(const Column<Scalar>& next) -> Pose {
 /// Moves the state to the column's time. Returns the signal matrix if this column completes the frame.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<SignalMatrix<Scalar>> Filter<Scalar, Model>::take_into_frame(const Column<Scalar>& column) {
-    if (state_ != TrackerState::tracking) {  // tracking was lost at the previous frame
-        return intake_.add(column);          // keep the column for the frame's signal matrix
+    if (!is_running_) {              // it stopped at the previous frame
+        return intake_.add(column);  // keep the column for the frame's signal matrix
     }
     if (column.midpoint > motion().time) {
         estimator_.propagate_to(column.midpoint);
@@ -212,14 +210,14 @@ auto Filter<Scalar, Model>::finish_measurement(bool has_matrix) -> Pose {
     if (estimator_.history().has_lost_sensor() || !is_possible(motion())) {
         ++this->counters_.reacquisitions;
         if (!has_matrix || !start(intake_.columns().matrix())) {
-            lose(motion().time);
+            stop();
             flags |= health_.flags();
         } else if (!intake_.in_frames()) {
             estimator_.history().inflate();  // one of the three may be an outlier
         }
         flags.set(PoseFlag::unconfirmed);
     }
-    return report(flags, params_.predict_ahead);
+    return report(flags, params_.predict_ahead, motion().time);
 }
 
 /// Processes one column while searching or lost.
@@ -237,9 +235,8 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 [[gnu::noinline]] auto Filter<Scalar, Model>::acquire(const SignalMatrix<Scalar>& matrix, DeviceTime time) -> Pose {
     const PoseFlags flags = signal_flags(matrix.flags);
     const bool started = !matrix.flags.has_any(kUnusable) && start(matrix);
-    auto estimate = report(started ? flags : flags | health_.flags(), started ? params_.predict_ahead : Microseconds{0});
+    auto estimate = report(started ? flags : flags | health_.flags(), started ? params_.predict_ahead : Microseconds{0}, time);
     if (!started) {
-        estimate->flags.set(PoseFlag::stale);
         estimate->time = time;
     }
     return estimate;
@@ -255,8 +252,8 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
     StartPose<Scalar> chosen = *pose;
     resolve_hemisphere(chosen, matrix);
     estimator_.start(chosen, rates_since_last_start(chosen, matrix.newest), intake_.columns(), health_.start_variance());
-    this->counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
-    state_ = TrackerState::tracking;
+    is_running_ = true;
+    ++starts_;
     health_.start();
     intake_.start();
     return true;
@@ -268,7 +265,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<StartRates<Scalar>> Filter<Scalar, Model>::rates_since_last_start(const StartPose<Scalar>& pose, DeviceTime time) {
     const TimedPose<Scalar> before =
         std::exchange(last_start_, {time, pose.position_m, geometry::attitude_quaternion(pose.attitude), true});
-    const auto motion = motion_between(before, last_start_, 2 * common_.max_column_span);
+    const auto motion = motion_between(before, last_start_, 2 * this->params().max_column_span);
     if (!motion || (motion->velocity_m_s.norm() <= params_.start_speed_m_s &&
                     motion->angular_rate_rad_s.norm() <= params_.start_rate_rad_s)) {
         return std::nullopt;
@@ -299,7 +296,7 @@ void Filter<Scalar, Model>::turn_around() {
     if (model_.is_even()) {
         estimator_.mirror_state();
     } else {
-        lose(motion().time);
+        stop();
     }
 }
 
@@ -322,21 +319,18 @@ bool Filter<Scalar, Model>::continue_side(Scalar deviation_m) {
     return !turn && hemisphere_.known();
 }
 
-/// Tracking -> lost at once; lost -> searching after search_after.
+/// The next columns start the filter again.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Filter<Scalar, Model>::lose(DeviceTime time) {
-    if (state_ == TrackerState::tracking) {
-        state_ = TrackerState::lost;
+void Filter<Scalar, Model>::stop() {
+    if (is_running_) {
+        is_running_ = false;
         health_.forget_columns();
-    }
-    if (state_ == TrackerState::lost && time - estimator_.last_used() > common_.search_after) {
-        state_ = TrackerState::searching;
     }
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::do_restart(DeviceTime now) {
-    state_ = TrackerState::searching;
+    is_running_ = false;
     intake_.forget();
     health_.forget_times();
     hemisphere_.forget();
@@ -345,7 +339,7 @@ void Filter<Scalar, Model>::do_restart(DeviceTime now) {
 
 /// Always contains a value. The optional lets callers return it without a copy.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose {
+auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTime now) -> Pose {
     std::optional<State<Scalar>> later;
     if (ahead.count() > 0) {
         estimator_.predict(later.emplace(motion()), ahead);
@@ -355,49 +349,47 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose 
     PoseEstimate<Scalar>& estimate = *reported;
     report_state(estimate, state, estimator_, health_, flags);
     estimate.sensor = sensor_;
-    estimate.sequence = static_cast<std::uint32_t>(this->counters_.poses++);
-    estimate.state = state_;
     const bool silent = estimator_.history().silence(motion().time) > params_.coast_limit;
     estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     estimate.flags.set_if(ahead > params_.coast_limit, PoseFlag::coasting);
-    estimate.flags.set_if(state_ != TrackerState::tracking || silent, PoseFlag::stale);
+    estimate.flags.set_if(!is_running_ || silent, PoseFlag::stale);
     cover_misfit(estimate, health_);
     if (estimate.valid()) {
-        estimate.predicted_error = expected_error(state, estimate.covariance, common_);
+        estimate.predicted_error = expected_error(state, estimate.covariance, this->params());
         cover_blur(estimate);
     }
     const Scalar deviation = deviation_m(estimate);
-    estimate.flags.set_if(!(deviation <= common_.max_deviation_m), PoseFlag::uncertain);
+    estimate.flags.set_if(!(deviation <= this->params().max_deviation_m), PoseFlag::uncertain);
     if (!estimate.flags.has_any(kDiscontinuous) && !continue_side(deviation)) {
         estimate.flags.set(PoseFlag::unconfirmed);
     }
-    this->counters_.invalid_poses += estimate.valid() ? 0U : 1U;
+    this->count(estimate, motion().time, now);
     return reported;
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::do_tick(DeviceTime now) -> Pose {
-    if (this->counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest) {
+    if (starts_ == 0) {
         return std::nullopt;
     }
     if (now <= estimator_.last_used()) {
-        if (estimator_.last_used() - now <= common_.lost_after) {
+        if (estimator_.last_used() - now <= this->params().lost_after) {
             return std::nullopt;
         }
-        return report({PoseFlag::stale}, Microseconds{0});
+        return report({PoseFlag::stale}, Microseconds{0}, now);
     }
-    if (state_ == TrackerState::tracking) {
+    if (is_running_) {
         use_waiting();
     }
     const Microseconds age = estimator_.history().silence(now);
-    if (state_ != TrackerState::tracking || age > common_.lost_after) {
-        lose(now);
-        return report({PoseFlag::stale}, Microseconds{0});
+    if (!is_running_ || age > this->params().lost_after) {
+        stop();
+        return report({PoseFlag::stale}, Microseconds{0}, now);
     }
     const Microseconds ahead = now > motion().time ? now - motion().time : Microseconds{0};
     PoseFlags flags{PoseFlag::coasting};
     flags.set_if(age > params_.coast_limit, PoseFlag::stale);
-    return report(flags, ahead + params_.predict_ahead);
+    return report(flags, ahead + params_.predict_ahead, now);
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>

@@ -55,6 +55,7 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::track(const Column<Scalar>&
     const Admission admission = admit(corrected, time_base_);
     if (admission.has_restarted) {
         ++counters_.clock_restarts;
+        state_.restart(corrected.midpoint);
         do_restart(corrected.midpoint);
     }
     if (admission.rejection) {
@@ -80,7 +81,8 @@ void Tracker<Scalar>::update_low([[maybe_unused]] const Column<Scalar>& column) 
 
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::tick(DeviceTime now) {
-    std::optional<PoseEstimate<Scalar>> estimate = do_tick(now);
+    const bool is_time = now <= TimeBase::kLatest && now >= TimeBase::kEarliest;
+    std::optional<PoseEstimate<Scalar>> estimate = is_time ? do_tick(now) : std::nullopt;
     finish(estimate);
     return estimate;
 }
@@ -93,6 +95,18 @@ Status Tracker<Scalar>::set_hemisphere(const Vec3<Scalar>& towards) {
     do_set_hemisphere(correction_ && correction_->has_own_axes() ? Vec3<Scalar>(correction_->axes().transpose() * towards)
                                                                  : towards);
     return {};
+}
+
+template <typename Scalar>
+void Tracker<Scalar>::count(PoseEstimate<Scalar>& estimate, DeviceTime measured, DeviceTime now) {
+    if (estimate.valid()) {
+        counters_.acquisitions += state_.found(measured, params_) ? 1U : 0U;
+    } else {
+        ++counters_.invalid_poses;
+        state_.missed(now, params_);
+    }
+    estimate.state = state_.state();
+    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
 }
 
 template <typename Scalar>

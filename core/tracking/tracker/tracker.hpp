@@ -8,6 +8,7 @@
 #include "core/tracking/front/column_check.hpp"
 #include "core/tracking/front/columns_since_gap.hpp"
 #include "core/tracking/pose_estimate.hpp"
+#include "core/tracking/state/track_state.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking {
@@ -38,15 +39,16 @@ public:
     /// Converts a pose of the method, in the frame of corrected columns, as update() does: source frame and output correction.
     void to_source_frame(PoseEstimate<Scalar>& estimate) const;
 
-    [[nodiscard]] TrackerState state() const { return do_state(); }
+    [[nodiscard]] TrackerState state() const { return state_.state(); }
     [[nodiscard]] const TrackerCounters& counters() const { return counters_; }
 
 protected:
-    /// max_lateness, longest_step: see TimeBase.
-    Tracker(const Correction& correction, Microseconds max_lateness, Microseconds longest_step)
-        : time_base_(max_lateness, longest_step), correction_(correction) {}
+    /// max_lateness: of a column relative to the newest.
+    Tracker(const CommonParams<Scalar>& params, const Correction& correction, Microseconds max_lateness)
+        : params_(corrected(params, correction)), time_base_(max_lateness, params.lost_after), correction_(correction) {}
 
     /// Parameters for corrected columns.
+    [[nodiscard]] const CommonParams<Scalar>& params() const { return params_; }
     static CommonParams<Scalar> corrected(CommonParams<Scalar> params, const Correction& correction);
 
     /// Metal at rest that acts on corrected columns; null: none. Exists as long as the tracker.
@@ -54,8 +56,17 @@ protected:
         return correction_ && !correction_->surroundings().empty() ? &correction_->surroundings() : nullptr;
     }
 
+    /// True if the last valid pose is older than lost_after.
+    [[nodiscard]] bool is_stale(DeviceTime now) const {
+        return counters_.acquisitions > 0 && state_.is_older(params_.lost_after, now);
+    }
+    /// Sets state and sequence of a finished pose, and counts it. measured: time of its newest column.
+    void count(PoseEstimate<Scalar>& estimate, DeviceTime measured, DeviceTime now);
+
+    /// True if columns of all source coils have come with the newest time.
+    [[nodiscard]] bool frame_is_over() const { return time_base_.frame_is_over(); }
+
     TrackerCounters counters_;
-    TimeBase time_base_;
 
 private:
     /// An admitted column of the only or high band. is_late: it is older than the newest.
@@ -64,15 +75,18 @@ private:
     virtual void do_update_low(const Column<Scalar>& /*column*/) {}
     /// The device clock restarted at `now`: stored times are invalid.
     virtual void do_restart(DeviceTime now) = 0;
+    /// now: a plausible time.
     virtual std::optional<PoseEstimate<Scalar>> do_tick(DeviceTime now) = 0;
     virtual void do_set_hemisphere(const Vec3<Scalar>& towards) = 0;
-    [[nodiscard]] virtual TrackerState do_state() const = 0;
 
     std::optional<PoseEstimate<Scalar>> update_only(const Column<Scalar>& column);
     std::optional<PoseEstimate<Scalar>> track(const Column<Scalar>& corrected);
     [[nodiscard]] std::uint64_t used_columns() const { return counters_.accepted - counters_.outliers; }
     void update_low(const Column<Scalar>& column);
     void finish(std::optional<PoseEstimate<Scalar>>& estimate);
+    CommonParams<Scalar> params_;
+    TimeBase time_base_;
+    TrackState state_;
     Correction correction_;
     ColumnsSinceGap since_gap_;
     Quat<Scalar> last_reported_ = Quat<Scalar>::Identity();

@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+"""A tracker method that only has parameters must not compile where a method needs more: its tracker, its check, its fields in recordings,
+its name.
+  unfinished_method_test.py COMPILER"""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PARAMS = "core/tracking/tracker_params.hpp"
+LAST = "DualBandParams>;"
+NEEDS = {  # the part, the name in the error, the code that needs it
+    "tracker": ("any_of", '#include "core/tracking/methods/any_tracker.hpp"\nusing T = decltype(sizeof(tricoil::tracking::AnyTracker<double>));'),
+    "check": ("check_method", '#include "core/tracking/tracker_params.cpp"'),
+    "fields": ("visit_method", '#include "board/record/json_fields.hpp"\n'
+               "void f(tricoil::tracking::TrackerParams<double>& p) { tricoil::host::visit_tracker(p, [](auto...) {}); }"),
+    "name": ("kMethods", '#include "board/support/tracker_choice.hpp"'),
+}
+
+
+def first_error(compiler, folders, code):
+    command = [compiler, "-std=c++20", "-fsyntax-only", "-DTRICOIL_DOUBLE=1", *(f"-I{folder}" for folder in folders), "-x", "c++", "-"]
+    done = subprocess.run(command, input=code, capture_output=True, text=True)
+    return next((line for line in done.stderr.splitlines() if " error: " in line), "")
+
+
+def main():
+    failed = False
+    text = (ROOT / PARAMS).read_text()
+    if text.count(LAST) != 1:
+        sys.exit(f"{PARAMS}: expected one '{LAST}' at the end of MethodParams")
+    with tempfile.TemporaryDirectory() as overlay:
+        header = pathlib.Path(overlay, PARAMS)
+        header.parent.mkdir(parents=True)
+        header.write_text(text.replace(LAST, LAST[:-2] + ", UnfinishedParams>;").replace(
+            "/// Method of a tracker,", "struct UnfinishedParams {};\n\n/// Method of a tracker,"))
+        for part, (name, code) in NEEDS.items():
+            finished = first_error(sys.argv[1], [ROOT], code)
+            unfinished = first_error(sys.argv[1], [overlay, ROOT], code)
+            good = not finished and name in unfinished
+            failed |= not good
+            print(f"{'' if good else 'WRONG: '}a method without {part}: {unfinished or 'compiles'} {finished}")
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main())
