@@ -3,7 +3,7 @@
 namespace tricoil::host {
 
 PoseStages::PoseStages(const OutputOptions& options, tracking::TrackerTap<double>& next)
-    : next_(next), format_(make_output_format(options)) {
+    : next_(next), format_(make_output_format(options)), has_frame_(options.boresight || !options.align_points.empty()) {
     if (options.relative_to > 0) {
         relative_.emplace(static_cast<std::uint8_t>(options.relative_to - 1), [this](const Pose& pose) { pass(pose); });
     }

@@ -20,7 +20,10 @@ public:
 
     [[nodiscard]] const PoseUnits& units() const { return format_.units; }
     /// The pose, which is relative already, at the tip and in the output frame.
-    [[nodiscard]] Pose framed(const Pose& pose) const { return tracking::in_frame(format_.tips.at_tip(pose), format_.frame); }
+    [[nodiscard]] Pose framed(const Pose& pose) const {
+        const Pose at_tip = format_.tips.at_tip(pose);
+        return has_frame_ ? tracking::in_frame(at_tip, format_.frame) : at_tip;
+    }
     /// The true pose at the time of `pose`, in its frame; reference: of the sensor of --relative-to, if there is one.
     [[nodiscard]] TruePose framed(const Pose& pose, const TruePose& truth, const TruePose* reference) const;
     /// Velocity and angular rate of the sensor, source frame, as those of the output. Not for relative poses.
@@ -37,6 +40,7 @@ private:
 
     tracking::TrackerTap<double>& next_;
     OutputFormat format_;
+    bool has_frame_;  // without one, the pose stays the same in every digit
     std::optional<RelativePoses> relative_;
 };
 
