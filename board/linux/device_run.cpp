@@ -13,9 +13,9 @@
 #include "board/linux/fault_reporter.hpp"
 #include "board/linux/line_pump.hpp"
 #include "board/linux/realtime.hpp"
-#include "board/pose_text/pose_fields.hpp"
+#include "board/pose_text/pose_stages.hpp"
+#include "board/pose_text/pose_utc.hpp"
 #include "board/record/recorder.hpp"
-#include "board/record/relative_tap.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
@@ -23,32 +23,10 @@
 #include "board/support/output_file.hpp"
 #include "board/support/progress.hpp"
 #include "board/support/terminal_text.hpp"
-#include "core/protocol/convert.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
 namespace {
-
-host::HealthCounts counts_of(const DeviceLoop& loop, const hal::MessagePort& port, HostTime now,
-                             std::initializer_list<const LinePump*> pumps) {
-    const DeviceSession& session = loop.session();
-    host::HealthCounts counts;
-    counts.received = session.counters().columns + session.counters().poses - loop.counters().rejected_columns;
-    counts.lost = session.counters().lost_columns + session.counters().lost_poses;
-    counts.refused = session.counters().refused + loop.counters().rejected_columns;
-    counts.dropped = port.counters().send_queue_full + port.counters().receive_dropped + session.counters().dropped;
-    for (const LinePump* pump : pumps) {
-        const LinePump::Depth depth = pump != nullptr ? pump->depth() : LinePump::Depth{};
-        counts.queued_bytes += depth.queued_bytes;
-        counts.dropped += depth.dropped;
-    }
-    counts.age = loop.newest() ? now - *loop.newest() : Microseconds{};
-    const auto& status = session.device_status();
-    if (status && (status->supply_mv != 0 || status->temperature_cdeg != 0)) {  // both zero: the device does not measure them
-        counts.temperature_c = 0.01 * status->temperature_cdeg;
-    }
-    return counts;
-}
 
 nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loop, const hal::MessagePort& port,
                                const RealtimeStatus& realtime, const host::LinkHealth& health) {
@@ -126,16 +104,94 @@ private:
     Handler size_;
 };
 
-/// Passes poses to a function.
-class PoseTap final : public tracking::TrackerTap<double> {
+/// Writes poses as lines. No heap after construction.
+class LineWriter final : public tracking::TrackerTap<double> {
 public:
-    explicit PoseTap(std::function<void(const tracking::PoseEstimate<double>&)> sink) : sink_(std::move(sink)) {}
+    std::optional<LinePump> csv;
+    std::optional<LinePump> json;    // the fields of the CSV
+    std::optional<LinePump> served;  // with utc_s
+
+    /// The units must outlive this object. Writes the header of the CSV.
+    void start(const host::PoseUnits& units) {
+        units_ = &units;
+        if (csv) {
+            csv->push(host::pose_column_names(host::kPoseForm, units) + '\n');
+        }
+    }
+    [[nodiscard]] bool any() const { return csv || json || served; }
+
+    template <typename Call>
+    void each(Call&& call) {
+        for (auto* pump : {&csv, &json, &served}) {
+            if (*pump) {
+                call(**pump);
+            }
+        }
+    }
 
 private:
-    void do_pose(const tracking::PoseEstimate<double>& estimate) override { sink_(estimate); }
+    void do_begin(const Settings& settings) override { utc_.begin(settings.tracker.common.window_s); }
+    void do_pose(const tracking::PoseEstimate<double>& pose) override {
+        if (csv) {
+            push(*csv, host::put_csv({pose}, host::kPoseForm, *units_, line_));
+        }
+        if (json) {
+            push(*json, host::put_json({pose}, host::kPoseForm, *units_, line_));
+        }
+        if (served) {
+            push(*served, host::put_json({.pose = pose, .utc = utc_.at(pose.time)}, host::kServedForm, *units_, line_));
+        }
+    }
+    void push(LinePump& pump, std::size_t size) {
+        line_[size] = '\n';
+        pump.push({line_.data(), size + 1});
+    }
 
-    std::function<void(const tracking::PoseEstimate<double>&)> sink_;
+    const host::PoseUnits* units_ = nullptr;
+    host::PoseUtc utc_;
+    std::array<char, host::kLongestPoseText + 1> line_{};
 };
+
+/// The outputs of poses. Throws InputError if two of them write to standard output.
+void open_lines(const DeviceRunOptions& options, LineWriter& writer) {
+    constexpr const char* kStdout = "standard output";
+    const bool csv_to_stdout = options.config.csv == host::kStandardOutput;
+    if (csv_to_stdout + options.json + options.json_lines > 1) {
+        throw host::InputError(fmt::format("{} and {} exclude each other: both write to standard output",
+                                           csv_to_stdout ? "--out -" : "--json-lines -",
+                                           options.json ? "--json" : "--json-lines -"));
+    }
+    if (csv_to_stdout) {
+        writer.csv.emplace(STDOUT_FILENO, kStdout);
+    } else if (!options.config.csv.empty()) {
+        writer.csv.emplace(options.config.csv);
+    }
+    if (options.json || options.json_lines) {
+        (options.json ? writer.json : writer.served).emplace(STDOUT_FILENO, kStdout);
+    }
+    if (csv_to_stdout || options.json_lines) {
+        host::print_text_to_standard_error();
+    }
+}
+
+host::HealthCounts counts_of(const DeviceLoop& loop, const hal::MessagePort& port, HostTime now, LineWriter& writer) {
+    const DeviceSession& session = loop.session();
+    host::HealthCounts counts;
+    counts.received = session.counters().columns + session.counters().poses - loop.counters().rejected_columns;
+    counts.lost = session.counters().lost_columns + session.counters().lost_poses;
+    counts.refused = session.counters().refused + loop.counters().rejected_columns;
+    counts.dropped = port.counters().send_queue_full + port.counters().receive_dropped + session.counters().dropped;
+    writer.each([&](const LinePump& pump) {
+        counts.queued_bytes += pump.depth().queued_bytes;
+        counts.dropped += pump.depth().dropped;
+    });
+    counts.age = loop.newest() ? now - *loop.newest() : Microseconds{};
+    const auto& status = session.device_status();
+    if (status && (status->supply_mv != 0 || status->temperature_cdeg != 0)) {  // both zero: the device does not measure them
+        counts.temperature_c = 0.01 * status->temperature_cdeg;
+    }
+    return counts;
+}
 
 constexpr int kSignalled = 128;  // the exit code is this plus the signal number
 
@@ -189,47 +245,16 @@ int run_device(const DeviceRunOptions& options) {
     DeviceLoopParams params = loop_params(config, options.calibration);
     const OpenLines lines(config.coils);
     const IgnoredWriteSignals writes;
-    std::optional<LinePump> csv;
-    if (!config.csv.empty()) {
-        if (config.csv == host::kStandardOutput) {
-            if (options.json) {
-                throw host::InputError("--out - and --json exclude each other: both write to standard output");
-            }
-            csv.emplace(STDOUT_FILENO, "standard output");
-            host::print_text_to_standard_error();
-        } else {
-            csv.emplace(config.csv);
-        }
-        csv->push(host::pose_column_names(host::kPoseForm) + '\n');
-    }
-    std::optional<LinePump> json;
-    if (options.json) {
-        json.emplace(STDOUT_FILENO, "standard output");
-    }
-    std::array<char, host::kLongestPoseText + 1> line{};
+    LineWriter writer;
+    host::PoseStages stages(options.output, writer);
+    open_lines(options, writer);
+    writer.start(stages.units());
     std::optional<host::Recorder> recorder;
     if (!options.record.empty()) {
         recorder.emplace(options.record, describe_source(config), host::Journal::WhenFull::end);
     }
-    const auto push = [&](LinePump& pump, std::size_t size) {
-        line[size] = '\n';
-        pump.push({line.data(), size + 1});
-    };
-    const auto write = [&](const tracking::PoseEstimate<double>& pose) {
-        if (csv) {
-            push(*csv, host::put_csv({pose}, host::kPoseForm, {}, line));
-        }
-        if (json) {
-            push(*json, host::put_json({pose}, host::kPoseForm, {}, line));
-        }
-    };
-    PoseTap relative_writer([&](const auto& pose) { write(options.tips.at_tip(pose)); });
-    std::optional<host::RelativeTap> relative;
-    if (options.reference) {
-        relative.emplace(*options.reference, relative_writer);
-    }
-    host::TapFanOut taps{options.tap, recorder ? &*recorder : nullptr, relative ? &*relative : nullptr};
-    params.tips = options.tips;
+    host::TapFanOut taps{options.tap, recorder ? &*recorder : nullptr, writer.any() ? &stages : nullptr};
+    params.tips = host::ToolTips(options.output.tips);
     params.tap = taps.any() ? &taps : nullptr;
     const auto port = make_port(uri);
     DeviceStopwatch stopwatch;
@@ -239,9 +264,6 @@ int run_device(const DeviceRunOptions& options) {
         constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
         flags = {};
         flags.set_if(pose.flags.has(kHemisphereUnknown), kHemisphereUnknown);
-        if (!relative) {
-            write(pose);
-        }
     });
     FaultReporter reporter(config.device, params.tap);
     host::HealthMonitor monitor(config.health);
@@ -259,7 +281,11 @@ int run_device(const DeviceRunOptions& options) {
         return options.give_up_after_s > 0 && to_seconds(now - steady) > options.give_up_after_s;
     };
     std::string error;
-    const auto is_unread = [&] { return (json && json->is_unread()) || (csv && csv->is_unread()); };
+    const auto is_unread = [&] {
+        bool unread = false;
+        writer.each([&](const LinePump& pump) { unread = unread || pump.is_unread(); });
+        return unread;
+    };
     while (!guard.interrupted() && !is_unread() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
         if (options.paused && options.paused()) {
             loop.stop();
@@ -277,7 +303,7 @@ int run_device(const DeviceRunOptions& options) {
         const HostTime now = drivers::host_now();
         reporter.check(loop.session(), *port, now);
         reporter.check(flags, now);
-        if (monitor.update(counts_of(loop, *port, now, {csv ? &*csv : nullptr, json ? &*json : nullptr}), now - begin)) {
+        if (monitor.update(counts_of(loop, *port, now, writer), now - begin)) {
             reporter.check(monitor.health(), now);
             if (options.each_health) {
                 options.each_health(monitor.health());
@@ -302,17 +328,17 @@ int run_device(const DeviceRunOptions& options) {
     loop.stop();
     reporter.print_repeated();
     const bool unread = is_unread();
-    for (const std::string& also : {csv ? csv->close() : "", json ? json->close() : "", recorder ? recorder->close() : ""}) {
-        error = error.empty() ? also : error;
-    }
+    const auto add_error = [&](const std::string& also) { error = error.empty() ? also : error; };
+    writer.each([&](LinePump& pump) { add_error(pump.close()); });
+    add_error(recorder ? recorder->close() : "");
     const auto closing = summary(config, loop, *port, realtime, monitor.health());
     port->close();
     if (unread) {
         return kSignalled + SIGPIPE;
     }
-    if (json && !json->takes_more()) {
+    if (writer.json && !writer.json->takes_more()) {
         error = error.empty() ? "standard output: the summary was not printed, because its reader does not read" : error;
-    } else if (json) {
+    } else if (writer.json) {
         host::print_text("{}\n", closing.dump());
     } else {
         host::print_text(text_of(closing));

@@ -8,7 +8,7 @@
 
 #include "board/linux/device_config.hpp"
 #include "board/linux/device_loop.hpp"
-#include "board/support/tool_tip.hpp"
+#include "board/pose_text/output_format.hpp"
 #include "core/calibration/calibration.hpp"
 #include "core/tracking/tracker_tap.hpp"
 
@@ -20,9 +20,9 @@ struct DeviceRunOptions {
     double duration_s = 0;                                        // device time; 0: until a signal comes
     double wait_s = 5;                                            // wait for the device at the start; 0: no limit
     double give_up_after_s = 0;                                   // time without a steady device; 0: never
-    bool json = false;
-    host::ToolTips tips;  // of poses in CSV, JSON and on the link; recordings and `tap` get the poses of the sensors
-    std::optional<std::uint8_t> reference;                     // CSV and JSON: sensor to which all poses are relative
+    bool json = false;                                            // poses and summary to standard output
+    bool json_lines = false;                                      // poses with their UTC to standard output
+    host::OutputOptions output;                                // of CSV and JSON, tips also on the link; `tap` gets the sensors
     std::string record;                                        // folder; empty: none
     tracking::TrackerTap<double>* tap = nullptr;               // receives inputs and outputs of the trackers
     std::function<void()> ready;                               // called once, with valid options; may be empty

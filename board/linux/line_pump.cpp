@@ -55,6 +55,11 @@ bool LinePump::is_unread() const {
     return error_ == EPIPE;
 }
 
+bool LinePump::has_failed() const {
+    const std::lock_guard lock(mutex_);
+    return error_ != 0;
+}
+
 LinePump::Depth LinePump::depth() const {
     const std::lock_guard lock(mutex_);
     return {size_, dropped_};

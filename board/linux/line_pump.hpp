@@ -29,6 +29,8 @@ public:
 
     /// True if the reader has closed the pipe.
     [[nodiscard]] bool is_unread() const;
+    /// True if nothing more can be written: the reader has closed the pipe, or the disk is full.
+    [[nodiscard]] bool has_failed() const;
 
     struct Depth {
         std::size_t queued_bytes = 0;

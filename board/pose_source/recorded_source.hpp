@@ -1,11 +1,8 @@
 // Poses of a recording, computed again from its columns.
 #pragma once
 
-#include <optional>
-
 #include "board/pose_source/pose_source.hpp"
-#include "board/record/input_replay.hpp"
-#include "board/record/recording.hpp"
+#include "board/record/recording_player.hpp"
 
 namespace tricoil::host {
 
@@ -14,7 +11,8 @@ class RecordedSource final : public PoseSource {
 public:
     /// tracker: direct, previous, previous-angles or scaat; empty: that of the recording. Throws InputError if the folder is not
     /// a recording, or if the recording cannot be tracked by `tracker`.
-    RecordedSource(const std::string& folder, const std::string& tracker);
+    RecordedSource(const std::string& folder, const std::string& tracker)
+        : recording_(folder), trackers_(queue()), player_(recording_, settings_of(recording_, tracker), trackers_) {}
 
 private:
     bool do_advance(Microseconds patience) override;
@@ -22,8 +20,8 @@ private:
     [[nodiscard]] std::string do_status() const override;
 
     Recording recording_;
-    std::optional<InputReplay> replay_;  // empty: recorded poses
-    RecordLines lines_;
+    TrackerStage trackers_;
+    RecordingPlayer player_;
     bool ended_ = false;
 };
 

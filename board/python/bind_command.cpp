@@ -2,7 +2,6 @@
 #include <pybind11/stl.h>
 
 #include "board/host/commands/commands.hpp"
-#include "board/host/commands/run_command.hpp"
 #include "board/python/parts.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
@@ -14,7 +13,7 @@ namespace {
 namespace py = pybind11;
 
 constexpr host::OwnCommand kOwn[] = {
-    {"run", [](CLI::App* sub, host::Action& action) { host::add_run_command(sub, action, host::serve_json_lines); }},
+    {"run", host::add_run_command},
     {"serve", host::add_serve_command},
 #ifdef TRICOIL_WITH_WEB
     {"demo", host::add_demo_command},

@@ -1,11 +1,13 @@
 #include "board/record/convert.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <memory>
 
 #include "board/pose_text/candump.hpp"
 #include "board/pose_text/mcap/mcap_poses.hpp"
-#include "board/pose_text/pose_fields.hpp"
+#include "board/pose_text/pose_stages.hpp"
 #include "board/record/column_means.hpp"
 #include "board/record/rest_couplings.hpp"
 #include "board/support/components.hpp"
@@ -38,7 +40,7 @@ std::uint64_t for_each_pose(const Recording& recording, const std::function<void
 
 /// One form: a function for each pose, and one for the end, which may be empty.
 struct Form {
-    std::function<void(const Pose&)> take;
+    std::function<void(const Pose&)> take = {};
     std::function<void()> finish = {};
 };
 
@@ -48,16 +50,16 @@ Form lines_form(const Put& put, std::string (*line)(const Pose&)) {
     return {[&put, line](const Pose& pose) { put(line(pose)); }};
 }
 
-Form csv_form(const Put& put) {
-    put(pose_column_names(kPoseForm) + "\n");
-    return lines_form(put, [](const Pose& pose) { return pose_line({pose}, PoseFormat::csv); });
+Form csv_form(const Put& put, const PoseUnits& units) {
+    put(pose_column_names(kPoseForm, units) + "\n");
+    return {[&put, units](const Pose& pose) { put(pose_line({pose}, PoseFormat::csv, kPoseForm, units)); }};
 }
 
-Form json_form(const Put& put) {
-    return lines_form(put, [](const Pose& pose) { return pose_line({pose}, PoseFormat::json); });
+Form json_form(const Put& put, const PoseUnits& units) {
+    return {[&put, units](const Pose& pose) { put(pose_line({pose}, PoseFormat::json, kPoseForm, units)); }};
 }
 
-Form candump_form(const Put& put) {
+Form candump_form(const Put& put, const PoseUnits&) {
     return lines_form(put, [](const Pose& pose) { return candump_line(protocol::to_message(pose)); });
 }
 
@@ -68,22 +70,22 @@ std::string igtl_bytes(const Pose& pose) {
     return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);
 }
 
-Form igtl_form(const Put& put) { return lines_form(put, igtl_bytes); }
+Form igtl_form(const Put& put, const PoseUnits&) { return lines_form(put, igtl_bytes); }
 #else
-constexpr Form (*igtl_form)(const Put&) = nullptr;
+constexpr Form (*igtl_form)(const Put&, const PoseUnits&) = nullptr;
 #endif
 
 #ifdef TRICOIL_WITH_MAT
-Form mat_form(const Put& put) {
-    const auto poses = std::make_shared<MatPoses>();
+Form mat_form(const Put& put, const PoseUnits& units) {
+    const auto poses = std::make_shared<MatPoses>(units);
     return {[poses](const Pose& pose) { poses->add(pose); }, [poses, &put] { poses->finish(put); }};
 }
 #else
-constexpr Form (*mat_form)(const Put&) = nullptr;
+constexpr Form (*mat_form)(const Put&, const PoseUnits&) = nullptr;
 #endif
 
-Form mcap_form(const Put& put) {
-    const auto poses = std::make_shared<McapPoses>(put);
+Form mcap_form(const Put& put, const PoseUnits& units) {
+    const auto poses = std::make_shared<McapPoses>(put, units);
     return {[poses](const Pose& pose) { poses->add(pose); }, [poses] { poses->finish(); }};
 }
 
@@ -114,6 +116,21 @@ Form rests_form(const Put& put, const Recording& recording) {
             [rests] { rests->finish(); }};
 }
 
+/// Stages and units that the form cannot have.
+void refuse_stages(const std::string& name, const OutputOptions& options) {
+    const auto refuse = [&](bool is_given, const char* option, const char* fact) {
+        if (is_given) {
+            throw InputError(fmt::format("{}: not with --to {}, {}", option, name, fact));
+        }
+    };
+    const bool has_own_units = name == "candump" || name == "openigtlink" || name == "rests";
+    refuse(has_own_units && options.unit != OutputOptions{}.unit, "--units", "which defines its own units");
+    refuse(has_own_units && !options.euler.empty(), "--euler", "which has no angles");
+    const bool has_stages =
+        !options.tips.empty() || options.relative_to != 0 || !options.align_points.empty() || options.boresight;
+    refuse(name == "rests" && has_stages, "--tip, --relative-to, --align and --boresight", "which has couplings, not poses");
+}
+
 }  // namespace
 
 const std::vector<std::string>& convert_formats() {
@@ -121,19 +138,24 @@ const std::vector<std::string>& convert_formats() {
     return names;
 }
 
-std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put,
-                      const ShowShare& progress) {
+std::uint64_t convert(const Recording& recording, const std::string& name, const OutputOptions& options,
+                      const std::function<void(std::string_view)>& put, const ShowShare& progress) {
     if (name == "mat") {
         require(Component::mat, "--to mat");
     }
     if (name == "openigtlink") {
         require(Component::openigtlink, "--to openigtlink");
     }
-    constexpr std::array<Form (*)(const Put&), 6> kForms{json_form, csv_form,     mat_form,
-                                                         mcap_form, candump_form, igtl_form};  // of poses alone
+    constexpr std::array<Form (*)(const Put&, const PoseUnits&), 6> kForms{json_form, csv_form,     mat_form,
+                                                                           mcap_form, candump_form, igtl_form};  // of poses alone
     const std::size_t index = index_of_name("--to", name, convert_formats());
-    const Form form = index < kForms.size() ? kForms.at(index)(put) : rests_form(put, recording);
-    const std::uint64_t count = for_each_pose(recording, form.take, progress);
+    refuse_stages(name, options);
+    Form form;
+    PoseTap tap([&](const Pose& pose) { form.take(pose); });
+    PoseStages stages(options, tap);
+    form = index < kForms.size() ? kForms.at(index)(put, stages.units()) : rests_form(put, recording);
+    const std::uint64_t count = for_each_pose(
+        recording, [&](const Pose& pose) { stages.pose(pose); }, progress);
     if (form.finish) {
         form.finish();
     }

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "board/pose_text/output_format.hpp"
 #include "board/record/recording.hpp"
 #include "board/support/progress.hpp"
 
@@ -22,9 +23,10 @@ const std::vector<std::string>& convert_formats();
 /// - openigtlink: consecutive server messages, TRANSFORM, or STATUS if the pose is invalid. Time stamps are device times,
 ///   not UTC.
 /// - rests: mean couplings of each rest of the first sensor, for tricoil calibrate --grid (RestFinder).
+/// options: stages before the form. Rests are of couplings, which no stage changes; candump and openigtlink define their units.
 /// progress: called for every pose; may be empty. Returns the number of poses. Throws InputError for an unknown form, a damaged
 /// line, and rests of a recording without measured couplings.
-std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put,
-                      const ShowShare& progress = {});
+std::uint64_t convert(const Recording& recording, const std::string& name, const OutputOptions& options,
+                      const std::function<void(std::string_view)>& put, const ShowShare& progress = {});
 
 }  // namespace tricoil::host

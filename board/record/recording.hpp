@@ -45,6 +45,8 @@ public:
     [[nodiscard]] const nlohmann::json& description() const { return description_; }
     /// Empty if the device computed the poses: there are no columns to replay.
     [[nodiscard]] const std::optional<TrackerSettings>& settings() const { return settings_; }
+    /// Number of sensors, or the most that there can be.
+    [[nodiscard]] int sensors() const { return settings_ ? settings_->sensors : tracking::kMaxSensors; }
     /// True if the recording was completed. Otherwise the program was killed or the recording failed.
     [[nodiscard]] bool complete() const { return complete_; }
 

@@ -2,7 +2,8 @@
 
 #include <cmath>
 
-#include "board/record/input_replay.hpp"
+#include "board/pose_text/pose_stages.hpp"
+#include "board/record/recording_player.hpp"
 #include "board/support/output_file.hpp"
 #include "core/geometry/rotations.hpp"
 
@@ -86,32 +87,34 @@ private:
 }  // namespace
 
 ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out,
-                    const ShowShare& progress) {
+                    const OutputOptions& options, const ShowShare& progress) {
     ReplayReport report;
-    InputReplay trackers(settings);
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
     Comparison comparison(recording.folder(), same_tracker && !recording.midway(), report);
     std::optional<OutputFile> file;
+    PoseUnits units;
+    PoseTap written([&](const Pose& pose) { file->write(pose_line({pose}, PoseFormat::csv, kRecordedForm, units)); });
+    PoseStages stages(options, written);
     if (!out.empty()) {
         file.emplace(out);
-        file->write(record_headers()[static_cast<std::size_t>(RecordFile::poses)] + '\n');
+        units = stages.units();
+        file->write(pose_column_names(kRecordedForm, units) + '\n');
     }
-    RecordLines inputs(recording.folder(), RecordFile::inputs);
-    for (std::string line; inputs.next(line);) {
-        const TrackerInput input = parse_input(line, inputs.where());
-        ++report.inputs;
+    PoseTap replayed([&](const Pose& pose) {
+        ++report.poses;
+        report.valid_poses += pose.valid() ? 1U : 0U;
+        comparison.add(pose, line_of(pose));
+        if (file) {
+            stages.pose(pose);
+        }
+    });
+    TrackerStage trackers(replayed);
+    RecordingPlayer player(recording, settings, trackers);
+    for (; player.read(); ++report.inputs) {
         if (progress) {
-            progress(inputs.share());
+            progress(player.share());
         }
-        if (const auto pose = trackers.take(input, inputs.where())) {
-            const std::string text = line_of(*pose);
-            ++report.poses;
-            report.valid_poses += pose->valid() ? 1U : 0U;
-            comparison.add(*pose, text);
-            if (file) {
-                file->write(text + "\n");
-            }
-        }
+        player.play();
     }
     comparison.finish();
     if (file) {

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "board/pose_text/output_format.hpp"
 #include "board/record/recording.hpp"
 #include "board/support/progress.hpp"
 
@@ -30,9 +31,10 @@ struct ReplayReport {
     }
 };
 
-/// out: output file with the format of poses.csv; empty: none. progress: called for every input; may be empty. Throws InputError
+/// out: output file with the format of poses.csv; empty: none. options: stages before the file; the comparison is of the sensors.
+/// progress: called for every input; may be empty. Throws InputError
 /// for a damaged line, DeviceError if `out` cannot be written completely.
 ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out,
-                    const ShowShare& progress = {});
+                    const OutputOptions& options = {}, const ShowShare& progress = {});
 
 }  // namespace tricoil::host

@@ -76,12 +76,5 @@ TEST(Parts, AMissingOneIsNamedInOneLine) {
     EXPECT_EQ(run_program((bin / "tricoil").string(), "run --list", setup).out, tricoil("run --list").out);
 }
 
-TEST(Parts, JsonLinesOfADeviceAreSentByTheServer) {
-    const CliResult result = tricoil("run --device serial:/no/such/line --wait 0.1 --give-up-after 0.1 --json-lines -");
-    EXPECT_EQ(result.exit_code, 3);
-    EXPECT_EQ(result.out, "");
-    EXPECT_THAT(result.err, HasSubstr("/no/such/line"));
-}
-
 }  // namespace
 }  // namespace tricoil::test

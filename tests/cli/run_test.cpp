@@ -197,7 +197,6 @@ TEST(Run, RefusesJsonLinesThatCannotBeWritten) {
     for (const auto& [options, reason] : std::vector<std::pair<std::string, std::string>>{
              {"--json-lines tcp:5005", "--json-lines tcp:5005: must be - (standard output); tricoil serve has tcp: and udp:"},
              {"--json-lines - --out -", "--json-lines - and --out - exclude each other"},
-             {"--json-lines - --tracker fixed-direct", "--json-lines: not with --tracker fixed-direct"},
              {"--json-lines - --json --device serial:/dev/null", "exclude each other"}}) {
         const auto result = tricoil("run " + options);
         EXPECT_EQ(result.exit_code, 2) << options;

@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "board/host/serve/silence_watch.hpp"
-#include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -44,29 +43,6 @@ TEST(PoseHub, ASlowReaderMissesTheOldestPoses) {
     ASSERT_EQ(poses.size(), PoseHub::kCapacity);
     EXPECT_EQ(cursor.missed, 100U);
     EXPECT_EQ(poses.front().pose.sequence, 100U);
-}
-
-TEST(PoseHub, ReadersGetThePosesOfTheTips) {
-    PoseHub hub;
-    ToolTips tips;
-    tips.set({1, {0, 0, 0.1}, 4e-4 * Mat3<double>::Identity()});
-    hub.set_tips(tips);
-    PoseHub::Cursor cursor = hub.cursor();
-    auto pose = numbered(1);
-    pose.q_source_sensor = geometry::rotation_vector_to_quaternion<double>(
-        (M_PI / 2) * Vec3<double>::UnitY());  // z of the sensor is x of the source
-    hub.pose(pose);
-    pose.sensor = 1;
-    pose.covariance(4, 4) = 9e-4;  // rotation about y, which moves the tip along z
-    hub.pose(pose);
-    std::vector<ServedPose> poses;
-    hub.read(cursor, poses);
-    ASSERT_EQ(poses.size(), 2U);
-    EXPECT_TRUE(poses[0].pose.position_m.isZero(0)) << "sensor 0 has no tip";
-    EXPECT_LT((poses[1].pose.position_m - Vec3<double>(0.1, 0, 0)).norm(), 1e-12);
-    EXPECT_NEAR(poses[1].pose.covariance(0, 0), 4e-4, 1e-12);
-    EXPECT_NEAR(poses[1].pose.covariance(2, 2), 4e-4 + 0.01 * 9e-4, 1e-12);
-    EXPECT_LT((hub.newest()[1].pose.position_m - Vec3<double>(0.1, 0, 0)).norm(), 1e-12);
 }
 
 TEST(PoseHub, KeepsTheNewestForLaterReaders) {

@@ -9,7 +9,7 @@
 #include <map>
 #include <optional>
 
-#include "board/pose_text/relative_poses.hpp"
+#include "board/pose_text/pose_stages.hpp"
 #include "core/geometry/rotations.hpp"
 #include "tests/serve/serving.hpp"
 #include "tests/support/csv_table.hpp"
@@ -136,6 +136,25 @@ TEST(RelativePoses, GiveContinuousQuaternions) {
         EXPECT_TRUE(!last || last->coeffs().dot(seen[0].q_source_sensor.coeffs()) > 0.9) << n;
         last = seen[0].q_source_sensor;
     }
+}
+
+TEST(PoseStages, TheTipHasTheErrorOfTheAttitude) {
+    std::vector<tracking::PoseEstimate<double>> out;
+    host::PoseTap tap([&](const tracking::PoseEstimate<double>& pose) { out.push_back(pose); });
+    host::OutputOptions options;
+    options.tips = {"2:0,0,0.1"};
+    host::PoseStages stages(options, tap);
+    auto pose = pose_of(0, 0, 0);
+    pose.q_source_sensor =
+        geometry::rotation_vector_to_quaternion<double>({0, M_PI / 2, 0});  // z of the sensor is x of the source
+    stages.pose(pose);
+    pose.sensor = 1;
+    pose.covariance(4, 4) = 9e-4;  // rotation about y, which moves the tip along z
+    stages.pose(pose);
+    ASSERT_EQ(out.size(), 2U);
+    EXPECT_TRUE(out[0].position_m.isZero(0)) << "sensor 0 has no tip";
+    EXPECT_LT((out[1].position_m - Vec3<double>(0.1, 0, 0)).norm(), 1e-12);
+    EXPECT_NEAR(out[1].covariance(2, 2), 1e-6 + 0.01 * 9e-4, 1e-12);
 }
 
 /// Rows of a CSV by sensor and time.

@@ -11,12 +11,8 @@
 
 namespace tricoil::host {
 
-struct RunCommand;
-
-/// `tricoil run`. `serve_json_lines` sends the poses of a device as JSON lines; null: the executable of `serve` runs the command.
-void add_run_command(CLI::App* sub, Action& action, int (*serve_json_lines)(const std::shared_ptr<RunCommand>& run));
-
 // Each function adds the options of a command to `sub`. If the user selects it, `action` is set.
+void add_run_command(CLI::App* sub, Action& action);
 void add_demodulate_command(CLI::App* sub, Action& action);
 void add_figures_command(CLI::App* sub, Action& action);
 void add_motion_command(CLI::App* sub, Action& action);

@@ -4,6 +4,7 @@
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/stage_options.hpp"
 #include "board/record/convert.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
@@ -17,16 +18,18 @@ struct ConvertCommand {
     std::string folder;
     std::string form = "jsonl";
     std::string out;
+    OutputOptions stages;
     bool json = false;
 };
 
 int run_convert(const ConvertCommand& command) {
     const Recording recording(command.folder);
+    check_reference(command.stages, recording.sensors());
     if (command.out.empty() || command.out == kStandardOutput) {
         if (command.json) {
             throw InputError("--json: the poses need a file; add --out FILE");
         }
-        convert(recording, command.form,
+        convert(recording, command.form, command.stages,
                 [](std::string_view bytes) { (void)std::fwrite(bytes.data(), 1, bytes.size(), stdout); });
         return to_int(ExitCode::fine);
     }
@@ -34,7 +37,7 @@ int run_convert(const ConvertCommand& command) {
     OutputFile file(command.out);
     Progress progress("convert");
     const std::uint64_t poses = convert(
-        recording, command.form, [&](std::string_view bytes) { file.write(bytes); }, progress.part(0, 1));
+        recording, command.form, command.stages, [&](std::string_view bytes) { file.write(bytes); }, progress.part(0, 1));
     file.commit();
     const Json result{{"poses", poses}, {"out", command.out}};
     print_text(command.json ? result.dump() + "\n" : fill(result, "{out}: {poses} poses as ") + command.form + "\n");
@@ -56,6 +59,7 @@ void add_convert_command(CLI::App* sub, Action& action) {
         ->capture_default_str();
     sub->add_option("--out", command->out, "Output file; default: standard output")->check(refuse_empty)->type_name(kFileType);
     sub->add_flag("--json", command->json, "Summary as JSON");
+    add_stage_options(sub, command->stages);
     set_examples(sub, {{"for MATLAB", "tricoil convert take1 --to mat --out take1.mat"},
                        {"for CAN tools", "tricoil convert take1 --to candump --out take1.log"}});
     sub->callback([command, &action] { action = [command] { return run_convert(*command); }; });

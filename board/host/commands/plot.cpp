@@ -6,6 +6,7 @@
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/stage_options.hpp"
 #include "board/host/figures/pose_picture.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
@@ -13,6 +14,7 @@
 #include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -22,6 +24,8 @@ namespace fs = std::filesystem;
 struct PlotCommand {
     std::string poses;
     std::string out;
+    OutputOptions stages;
+    std::vector<const CLI::Option*> stage_options;
     bool json = false;
 };
 
@@ -41,10 +45,17 @@ int plot(const PlotCommand& command) {
     if (extension != ".svg" && extension != ".png") {
         throw InputError("--out " + out + ": must end with .svg or .png");
     }
-    const PoseTable table = read_pose_table(command.poses);
+    if (!fs::is_directory(command.poses)) {
+        refuse_without_output(command.stage_options, false, "a table is drawn as it is: give the folder of a recording");
+    }
+    check_reference(command.stages, tracking::kMaxSensors);
+    if (!command.stages.euler.empty()) {
+        throw InputError("--euler: a picture has no angles; use --euler of tricoil convert");
+    }
+    const PoseTable table = read_pose_table(command.poses, command.stages);
     const InterruptGuard guard;
     const StagedFolder folder(fs::temp_directory_path() / ("tricoil-plot-" + std::to_string(::getpid())));
-    const Picture picture = pose_picture(folder.path(), "poses" + extension, table);
+    const Picture picture = pose_picture(folder.path(), "poses" + extension, table, make_output_format(command.stages).units);
     draw(folder.path(), {picture}, guard);
     write_whole_file(out, bytes_of(folder.path() / picture.file));
     std::size_t poses = 0;
@@ -67,6 +78,7 @@ void add_plot_command(CLI::App* sub, Action& action) {
         ->check(refuse_empty)
         ->type_name(kFileType);
     sub->add_flag("--json", command->json, "Summary as JSON");
+    command->stage_options = add_stage_options(sub, command->stages);
     set_examples(sub, {{"a recording", "tricoil plot take1 --out take1.svg"},
                        {"poses of run --out", "tricoil plot poses.csv --out poses.png"}});
     sub->callback([command, &action] { action = [command] { return plot(*command); }; });

@@ -134,8 +134,7 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
     if (!parse_words(program, arguments, params)) {
         return to_int(ExitCode::fine);
     }
-    const int code = action();
-    return code == kRunByServer ? continue_as(kServe, "run --json-lines", arguments, identity) : code;
+    return action();
 }
 
 }  // namespace tricoil::host

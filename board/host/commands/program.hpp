@@ -24,9 +24,6 @@ struct OwnCommand {
 /// Of the executable that includes main.cpp.
 std::span<const OwnCommand> own_commands();
 
-/// Returned by an action that the executable of `serve` must run.
-constexpr int kRunByServer = -1;
-
 struct ProgramIdentity {
     std::string typed_name = "tricoil";  // as the user typed it: printed in commands that can be pasted
     std::string version = "tricoil " TRICOIL_VERSION;

@@ -5,7 +5,8 @@
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
-#include "board/record/input_replay.hpp"
+#include "board/host/commands/stage_options.hpp"
+#include "board/record/recording_player.hpp"
 #include "board/record/replay.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
@@ -20,6 +21,8 @@ struct ReplayCommand {
     std::string folder;
     std::string tracker;  // empty: as recorded
     std::string out;
+    OutputOptions stages;
+    std::vector<const CLI::Option*> stage_options;
     bool json = false;
 };
 
@@ -58,13 +61,15 @@ int run_replay(const ReplayCommand& command) {
         throw InputError(command.folder +
                          ": has no inputs to replay: the device computed the poses, or the run ended at its start");
     }
+    refuse_without_output(command.stage_options, !command.out.empty(), "add --out FILE");
+    check_reference(command.stages, recording.sensors());
     if (!command.out.empty()) {
         recording.refuse_as_output(command.out);
     }
-    const TrackerSettings settings = command.tracker.empty() ? *recording.settings() : with_tracker(recording, command.tracker);
+    const TrackerSettings settings = *settings_of(recording, command.tracker);
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
     Progress progress("replay");
-    const ReplayReport report = replay(recording, settings, command.out, progress.part(0, 1));
+    const ReplayReport report = replay(recording, settings, command.out, command.stages, progress.part(0, 1));
     const Json result = result_of(recording, report, same_tracker);
     print_result(result, command.json, replay_text);
     if (result["expected_equal"] && !result["bit_for_bit"]) {
@@ -96,6 +101,7 @@ void add_replay_command(CLI::App* sub, Action& action) {
         ->check(refuse_empty)
         ->type_name(kFileType);
     sub->add_flag("--json", command->json, "Summary as JSON");
+    command->stage_options = add_stage_options(sub, command->stages);
     set_examples(sub, {{"is the recorded run reproduced bit for bit?", "tricoil replay take1"},
                        {"with another tracker; its poses as CSV", "tricoil replay take1 --tracker direct --out direct.csv"}});
     sub->callback([command, &action] { action = [command] { return run_replay(*command); }; });

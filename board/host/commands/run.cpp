@@ -7,11 +7,10 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
 #include "board/host/commands/see_it.hpp"
-#include "board/host/run/json_lines_tap.hpp"
+#include "board/host/commands/stage_options.hpp"
 #include "board/host/run/report.hpp"
 #include "board/linux/device_run.hpp"
 #include "board/pose_text/flag_names.hpp"
-#include "board/record/relative_tap.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
@@ -88,9 +87,10 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (!options.config.calibration.empty()) {
         options.calibration = read_calibration(options.config.calibration).calibration;
     }
-    options.reference = reference_sensor(command);
+    check_reference(command.options.output, tracking::kMaxSensors);
     options.record = command.options.record;
-    options.tips = ToolTips(command.options.output.tips);
+    options.output = command.options.output;
+    options.json_lines = !command.json_lines.empty();
     options.duration_s = duration_given ? command.duration_s : 0;
     options.wait_s = command.wait_s;
     options.give_up_after_s = command.give_up_after_s;
@@ -111,42 +111,13 @@ void check_json_lines(const RunCommand& command) {
     if (command.options.out_csv == kStandardOutput) {
         throw InputError("--json-lines - and --out - exclude each other: both write to standard output");
     }
-    if (fixed_method(command.options.tracker)) {
-        throw InputError("--json-lines: not with --tracker fixed-direct or fixed-previous; use direct or previous");
-    }
 }
 
-int run_on_device(const std::shared_ptr<RunCommand>& command) {
-    const OutputOptions& output = command->options.output;
-    const bool has_lines = !command->json_lines.empty();
-    if (!output.align_points.empty() || output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty()) {
-        throw InputError("--align, --boresight, --units and --euler: only for a simulated run");
-    }
-    const auto options = device_options(*command);
-    if (!output.tips.empty() && options.config.csv.empty() && !options.json && !has_lines && !options.config.publish) {
-        throw InputError("--tip: no output for its poses; add --out FILE, --json-lines - or --json");
-    }
-    if (output.relative_to != 0 && options.config.csv.empty() && !options.json && !has_lines) {
-        throw InputError("--relative-to: no output for its poses; add --out FILE, --json-lines - or --json");
-    }
-    if (has_lines) {
-        return command->serve_json_lines == nullptr ? kRunByServer : command->serve_json_lines(command);
-    }
+int run_on_device(const RunCommand& command) {
+    const auto options = device_options(command);
+    refuse_without_output(command.stages, !options.config.csv.empty() || options.json || options.json_lines,
+                          "add --out FILE, --json-lines - or --json", options.config.publish);
     return linux_board::run_device(options);
-}
-
-/// The simulation, with JSON lines if the option is given.
-RunReport run_simulation(const RunCommand& command) {
-    std::optional<JsonLinesTap> lines;
-    std::optional<RelativeTap> relative;
-    RunObservers observers;
-    if (!command.json_lines.empty()) {
-        observers.tap = &lines.emplace(ToolTips(command.options.output.tips));
-        if (const auto reference = reference_sensor(command)) {
-            observers.tap = &relative.emplace(*reference, *lines);
-        }
-    }
-    return run_simulated(command.options, observers);
 }
 
 /// What to do if no pose of a run is valid. Distortion comes first: it may also hide the half space of the sensor.
@@ -162,27 +133,20 @@ std::string advice_without_poses(tracking::PoseFlags flags) {
 
 }  // namespace
 
-int run_tracking(const std::shared_ptr<RunCommand>& run_command) {
-    RunCommand& command = *run_command;
+int run_tracking(RunCommand& command) {
     if (command.list) {
         return list_scenarios(command.json);
     }
     check_json_lines(command);
     if (is_on_device(command)) {
-        return run_on_device(run_command);
+        return run_on_device(command);
     }
     complete_simulation_options(command);
-    const OutputOptions& output = command.options.output;
-    const bool has_csv = !command.options.out_csv.empty();
-    if (!has_csv &&
-        (!output.align_points.empty() || output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty())) {
-        throw InputError("--align, --boresight, --units and --euler change the CSV only; add --out FILE");
-    }
-    if (!has_csv && command.json_lines.empty() && (output.relative_to != 0 || !output.tips.empty())) {
-        throw InputError("--tip and --relative-to: no output for their poses; add --out FILE or --json-lines -");
-    }
+    refuse_without_output(command.stages, !command.options.out_csv.empty() || !command.json_lines.empty(),
+                          "add --out FILE or --json-lines -");
+    command.options.json_lines = !command.json_lines.empty();
     command.options.show_live = !command.json;
-    const RunReport report = run_simulation(command);
+    const RunReport report = run_simulated(command.options);
     print_result(run_result(report), command.json, run_text);
     if (!command.json && command.json_lines.empty() && is_built(Component::web) && !fixed_method(command.options.tracker)) {
         print_text("see it: {}\n", see_it_command(*command.app, command.shared_options));
@@ -203,19 +167,6 @@ int run_tracking(const std::shared_ptr<RunCommand>& run_command) {
     return to_int(ExitCode::fine);
 }
 
-std::optional<std::uint8_t> reference_sensor(const RunCommand& command) {
-    const int number = command.options.output.relative_to;
-    const int most = is_on_device(command) ? tracking::kMaxSensors : command.options.stations;
-    if (number == 0) {
-        return std::nullopt;
-    }
-    if (number < 0 || number > most) {
-        throw InputError(fmt::format("--relative-to {}: must be the number of a sensor, 1 to {}{}", number, most,
-                                     is_on_device(command) ? "" : "; --stations sets how many there are"));
-    }
-    return static_cast<std::uint8_t>(number - 1);
-}
-
 bool is_on_device(const RunCommand& command) { return command.device != "sim:" || !command.config.empty(); }
 
 void complete_simulation_options(RunCommand& command) {
@@ -223,7 +174,7 @@ void complete_simulation_options(RunCommand& command) {
     if (!command.options.hemisphere.empty()) {
         check_vector(command.options.hemisphere, "--hemisphere");
     }
-    (void)reference_sensor(command);
+    check_reference(command.options.output, command.options.stations, "; --stations sets how many there are");
     command.options.place_m = Vec3<double>(command.place[0], command.place[1], command.place[2]);
     if (command.duration->count() > 0) {
         command.options.duration_s = command.duration_s;

@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,9 +23,9 @@ struct RunCommand {
     std::string json_lines;  // of tricoil run: empty or "-"
     bool json = false;
     bool list = false;
-    const CLI::App* app = nullptr;                                              // of `run`; null in `serve`
-    std::vector<const CLI::Option*> shared_options;                             // of `run` and `serve`; only in `run`
-    int (*serve_json_lines)(const std::shared_ptr<RunCommand>& run) = nullptr;  // see add_run_command()
+    const CLI::App* app = nullptr;                   // of `run`; null in `serve`
+    std::vector<const CLI::Option*> shared_options;  // of `run` and `serve`; only in `run`
+    std::vector<const CLI::Option*> stages;          // see add_stage_options()
     CLI::Option* duration = nullptr;
     CLI::Option* device_option = nullptr;
 };
@@ -34,15 +33,9 @@ struct RunCommand {
 void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command);
 
 /// The command `tricoil run`. Returns the exit code.
-int run_tracking(const std::shared_ptr<RunCommand>& command);
+int run_tracking(RunCommand& command);
 
 bool is_on_device(const RunCommand& command);
-
-/// Index of the sensor of --relative-to. Throws InputError if there is no such sensor.
-std::optional<std::uint8_t> reference_sensor(const RunCommand& command);
-
-/// Poses as JSON lines on standard output, as by `tricoil serve --json-lines -`. Returns the exit code.
-int serve_json_lines(const std::shared_ptr<RunCommand>& run);
 
 // Convert command-line options to run options. Throw InputError that names the option.
 linux_board::DeviceRunOptions device_options(const RunCommand& command);

@@ -3,6 +3,7 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/option_values.hpp"
 #include "board/host/commands/run_command.hpp"
+#include "board/host/commands/stage_options.hpp"
 #include "board/support/multiplexing_names.hpp"
 #include "board/support/tracker_choice.hpp"
 
@@ -17,7 +18,6 @@ constexpr const char* kSimulation = "Simulated sensor";
 constexpr const char* kFaults = "Simulated noise and faults";
 constexpr const char* kDevice = "Device";
 constexpr const char* kTracking = "Tracking";
-constexpr const char* kPoses = "Poses";
 constexpr const char* kOutput = "Output";
 
 std::vector<std::string> all_trackers() {
@@ -112,35 +112,6 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
         ->type_name(kSecondsType);
 }
 
-void add_pose_options(CLI::App* sub, RunOptions& o) {
-    sub->option_defaults()->group(kPoses);
-    sub->add_option("--tip", o.output.tips,
-                    "Poses of a tool's tip: a file of calibrate --pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
-                    "Recordings keep the poses of the sensor")
-        ->check(refuse_empty)
-        ->type_name(kFileType);
-    sub->add_option("--relative-to", o.output.relative_to,
-                    "Output all poses relative to this sensor (1 is the first), with their covariance; recordings stay in the "
-                    "source frame")
-        ->type_name("SENSOR");
-}
-
-/// Options of `run` alone that change the CSV.
-void add_csv_options(CLI::App* sub, RunOptions& o) {
-    sub->option_defaults()->group(kPoses);
-    sub->add_option(
-           "--align", o.output.align_points,
-           "CSV: alignment frame from three points (nine numbers, m): origin, point on the x axis, point towards the y axis")
-        ->delimiter(',')
-        ->expected(9)
-        ->type_name("POINTS");
-    sub->add_flag("--boresight", o.output.boresight, "CSV: the attitude of the first valid pose becomes zero");
-    one_of(sub->add_option("--units", o.output.unit, "CSV: unit of positions"), {"m", "mm", "cm", "in"})->capture_default_str();
-    sub->add_option("--euler", o.output.euler, "CSV: add Euler angles (intrinsic) in this order of axes, for example zyx")
-        ->check(refuse_empty)
-        ->type_name("AXES");
-}
-
 void add_output_options(CLI::App* sub, RunCommand& command) {
     sub->option_defaults()->group(kOutput);
     RunOptions& o = command.options;
@@ -181,18 +152,17 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
     add_fault_options(sub, o);
     add_device_options(sub, *command);
     add_tracking_options(sub, *command);
-    add_pose_options(sub, o);
+    command->stages = add_stage_options(sub, o.output);
     sub->option_defaults()->group(kOutput);
     sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
         ->check(refuse_empty)
         ->type_name(kFolderType);
 }
 
-void add_run_command(CLI::App* sub, Action& action, int (*serve_json_lines)(const std::shared_ptr<RunCommand>& run)) {
+void add_run_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<RunCommand>();
     RunOptions& o = command->options;
     command->app = sub;
-    command->serve_json_lines = serve_json_lines;
     add_run_options(sub, command);
     command->shared_options = options_of(*sub);
     sub->option_defaults()->group(kSimulation);
@@ -202,10 +172,9 @@ void add_run_command(CLI::App* sub, Action& action, int (*serve_json_lines)(cons
            {"samples", "columns"})
         ->capture_default_str();
     sub->add_flag("--realtime", o.realtime, "Run in real time");
-    add_csv_options(sub, o);
     add_output_options(sub, *command);
     set_run_examples(sub);
-    sub->callback([command, &action] { action = [command] { return run_tracking(command); }; });
+    sub->callback([command, &action] { action = [command] { return run_tracking(*command); }; });
 }
 
 }  // namespace tricoil::host

@@ -2,25 +2,31 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
+#include "board/host/commands/stage_options.hpp"
 #include "board/host/serve/access.hpp"
 #include "board/host/serve/button_input.hpp"
 #include "board/host/serve/fastrak/fastrak_output.hpp"
 #include "board/host/serve/json_lines/json_lines_output.hpp"
+#include "board/host/serve/json_lines/stdout_sender.hpp"
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/udp_service.hpp"
-#include "board/record/relative_tap.hpp"
+#include "board/pose_text/pose_stages.hpp"
+#include "board/record/recording_player.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/service_notice.hpp"
 #include "board/support/terminal_text.hpp"
@@ -44,6 +50,9 @@ constexpr double kUnlimited_s = 1e9;
 
 struct ServeCommand {
     std::shared_ptr<RunCommand> run = std::make_shared<RunCommand>();
+    std::string recording;
+    std::vector<const CLI::Option*> of_other_sources;  // what a recording has already
+    const CLI::Option* tracker = nullptr;
     std::vector<std::string> fastrak;
     bool fastrak_continuous = false;
     std::string openigtlink;
@@ -106,7 +115,7 @@ void add_openigtlink(const ServeCommand&, Server&, Addresses&) {}
 #endif
 
 #ifdef TRICOIL_WITH_WEB
-void add_websocket(const ServeCommand& command, Server& server, Addresses& addresses) {
+void add_websocket(const ServeCommand& command, const PoseUnits& units, Server& server, Addresses& addresses) {
     constexpr const char* kOption = "--websocket";
     for (const std::string& origin : command.origins) {
         websocket::check_origin(origin);
@@ -119,7 +128,8 @@ void add_websocket(const ServeCommand& command, Server& server, Addresses& addre
     }
     const TcpAddress address = parse_tcp_address(kOption, command.websocket);
     auto service = std::make_unique<TcpService<websocket::Session>>(
-        kOption, address, [&command](Stream& stream) { return std::make_unique<websocket::Session>(stream, command.origins); },
+        kOption, address,
+        [&command, units](Stream& stream) { return std::make_unique<websocket::Session>(stream, command.origins, units); },
         websocket::kLimits);
     warn_of_exposure(kOption, address, Controls::none);
     const TcpAddress shown = address.is_any() ? TcpAddress{"localhost", ""} : address;
@@ -127,7 +137,7 @@ void add_websocket(const ServeCommand& command, Server& server, Addresses& addre
     server.add(std::move(service));
 }
 #else
-void add_websocket(const ServeCommand&, Server&, Addresses&) {}
+void add_websocket(const ServeCommand&, const PoseUnits&, Server&, Addresses&) {}
 #endif
 
 /// Prints a warning that poses leave this machine.
@@ -152,7 +162,10 @@ void add_osc(const ServeCommand& command, Server& server, Addresses& addresses) 
 void add_osc(const ServeCommand&, Server&, Addresses&) {}
 #endif
 
-void add_outputs(const ServeCommand& command, Controls controls, Server& server, TrackerControl& control, Addresses& addresses) {
+/// Returns the output to standard output; null: none.
+json_lines::StdoutSender* add_outputs(const ServeCommand& command, Controls controls, const PoseUnits& units, Server& server,
+                                      TrackerControl& control, Addresses& addresses) {
+    json_lines::StdoutSender* to_standard_output = nullptr;
     for (const std::string& where : command.fastrak) {
         auto output = fastrak::make_output(where, command.fastrak_continuous, controls, server.hub(), control, server.button());
         if (where.starts_with("tcp:")) {
@@ -162,11 +175,13 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
         server.add(std::move(output.service));
     }
     for (const std::string& where : command.json_lines) {
-        auto output = json_lines::make_output(where);
         if (where == json_lines::kStandardOutput) {
-            server.add(std::move(output.service));
+            auto sender = std::make_unique<json_lines::StdoutSender>(units);
+            to_standard_output = sender.get();
+            server.add(std::move(sender));
             continue;
         }
+        auto output = json_lines::make_output(where, units);
         if (where.starts_with("tcp:")) {
             warn_of_exposure("--json-lines", output.address, Controls::none);
         } else {
@@ -176,8 +191,9 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
         server.add(std::move(output.service));
     }
     add_openigtlink(command, server, addresses);
-    add_websocket(command, server, addresses);
+    add_websocket(command, units, server, addresses);
     add_osc(command, server, addresses);
+    return to_standard_output;
 }
 
 void add_button(const ServeCommand& command, Server& server) {
@@ -188,11 +204,6 @@ void add_button(const ServeCommand& command, Server& server) {
         throw InputError("--button: only with --fastrak");
     }
     server.add(std::make_unique<ButtonInput>(command.button, server.button()));
-}
-
-bool prints_poses(const ServeCommand& command) {
-    return std::find(command.json_lines.begin(), command.json_lines.end(), json_lines::kStandardOutput) !=
-           command.json_lines.end();
 }
 
 /// Prints the addresses before the first pose. A program that starts this one waits for this line.
@@ -260,7 +271,6 @@ auto is_paused(TrackerControl& control, ServiceNotice& notice) {
 
 int serve_simulation(RunCommand& run, PoseHub& hub, tracking::TrackerTap<double>& tap, TrackerControl& control,
                      ServiceNotice& notice, const std::function<void()>& ready) {
-    complete_simulation_options(run);
     run.options.realtime = true;
     run.options.duration_s = run.options.duration_s.value_or(kUnlimited_s);
     RunObservers observers;
@@ -288,7 +298,39 @@ int serve_device(const RunCommand& run, PoseHub& hub, tracking::TrackerTap<doubl
     return linux_board::run_device(options);
 }
 
-nlohmann::ordered_json source_of(const RunCommand& run) {
+/// Plays the recording at its own pace.
+int serve_recording(const Recording& recording, const std::string& tracker, tracking::TrackerTap<double>& tap,
+                    TrackerControl& control, ServiceNotice& notice, const std::function<void()>& ready) {
+    using Clock = std::chrono::steady_clock;
+    constexpr auto kRound = std::chrono::milliseconds(20);
+    const InterruptGuard guard;
+    const auto paused = is_paused(control, notice);
+    TrackerStage trackers(tap);
+    RecordingPlayer player(recording, settings_of(recording, tracker), trackers);
+    ready();
+    std::optional<DeviceTime> last;
+    Clock::time_point due = Clock::now();  // of `last`
+    while (!guard.interrupted() && player.read()) {
+        if (const auto time = player.time()) {
+            due += std::chrono::microseconds(last ? std::max<std::int64_t>((*time - *last).count(), 0) : 0);
+            last = time;
+        }
+        for (auto now = Clock::now(); !guard.interrupted() && (paused() || now < due); now = Clock::now()) {
+            (void)control.take();  // the hemisphere is part of the recording
+            due = control.running() ? due : std::max(due, now);
+            std::this_thread::sleep_for(
+                std::min<Clock::duration>(kRound, std::max<Clock::duration>(due - now, std::chrono::milliseconds(1))));
+        }
+        player.play();
+    }
+    return to_int(ExitCode::fine);
+}
+
+nlohmann::ordered_json source_of(const ServeCommand& command) {
+    if (!command.recording.empty()) {
+        return {{"kind", "recording"}, {"recording", command.recording}};
+    }
+    const RunCommand& run = *command.run;
     return is_on_device(run) ? linux_board::describe_source(device_options(run).config) : describe_source(run.options);
 }
 
@@ -304,42 +346,68 @@ void check_components(const ServeCommand& command) {
     check(Component::web, "--web", !command.web.empty());
 }
 
+/// A recording has its own sensor, trackers and calibration.
+std::optional<Recording> open_recording(const ServeCommand& command) {
+    if (command.recording.empty()) {
+        return std::nullopt;
+    }
+    for (const CLI::Option* option : command.of_other_sources) {
+        if (option->count() > 0) {
+            throw InputError(
+                fmt::format("{}: not with a recording, which has its own; leave one of them out", option->get_name()));
+        }
+    }
+    return std::optional<Recording>(command.recording);
+}
+
+int run_source(const ServeCommand& command, const std::optional<Recording>& recording, PoseHub& hub,
+               tracking::TrackerTap<double>& taps, TrackerControl& control, ServiceNotice& notice,
+               const std::function<void()>& ready) {
+    if (recording) {
+        const std::string tracker = command.tracker->count() > 0 ? command.run->options.tracker : "";
+        return serve_recording(*recording, tracker, taps, control, notice, ready);
+    }
+    return is_on_device(*command.run) ? serve_device(*command.run, hub, taps, control, notice, ready)
+                                      : serve_simulation(*command.run, hub, taps, control, notice, ready);
+}
+
 int run_serve(const ServeCommand& command) {
     check_components(command);
     refuse_fixed_method(command.run->options.tracker);
     TrackerControl control;
-    RecordingSwitch recordings(command.record_folder, source_of(*command.run));
+    const auto recording = open_recording(command);
+    if (recording || is_on_device(*command.run)) {
+        check_reference(command.run->options.output, recording ? recording->sensors() : tracking::kMaxSensors);
+    } else {
+        complete_simulation_options(*command.run);
+    }
+    RecordingSwitch recordings(command.record_folder, source_of(command));
     Server server;
-    server.hub().set_tips(ToolTips(command.run->options.output.tips));
+    PoseStages stages(command.run->options.output, server.hub());
     Addresses addresses;
     const Access access = access_of(command);
-    add_outputs(command, access.controls, server, control, addresses);
+    json_lines::StdoutSender* const to_standard_output =
+        add_outputs(command, access.controls, stages.units(), server, control, addresses);
     add_button(command, server);
     add_page(command, access, server, control, recordings, addresses);
-    const bool to_standard_output = prints_poses(command);
-    if (addresses.empty() && !to_standard_output) {
+    if (addresses.empty() && to_standard_output == nullptr) {
         throw InputError("serve: no output; add --fastrak, --openigtlink, --json-lines, --websocket, --osc or --web");
     }
-    if (to_standard_output && command.run->json) {
+    if (to_standard_output != nullptr && command.run->json) {
         throw InputError("--json-lines - and --json exclude each other: both write to standard output");
     }
     ServiceNotice notice;
     const auto ready = [&] {
-        announce(addresses, command.run->json, to_standard_output);
+        announce(addresses, command.run->json, to_standard_output != nullptr);
         server.start();
         notice.ready();
     };
-    std::optional<RelativeTap> relative;
-    if (const auto reference = reference_sensor(*command.run)) {
-        relative.emplace(*reference, server.hub());
-    }
-    TapFanOut taps{relative ? static_cast<tracking::TrackerTap<double>*>(&*relative) : &server.hub(), &recordings};
+    TapFanOut taps{&stages, &recordings};
     std::optional<CapturedText> summary;  // of a device; not between the poses
-    if (to_standard_output) {
+    if (to_standard_output != nullptr) {
         summary.emplace();
     }
-    const int result = is_on_device(*command.run) ? serve_device(*command.run, server.hub(), taps, control, notice, ready)
-                                                  : serve_simulation(*command.run, server.hub(), taps, control, notice, ready);
+    const int result = run_source(command, recording, server.hub(), taps, control, notice, ready);
     server.stop();
     if (summary) {
         print_notice(summary->text());
@@ -347,20 +415,19 @@ int run_serve(const ServeCommand& command) {
     if (recordings.status().on) {
         recordings.record(false);
     }
+    if (to_standard_output != nullptr) {
+        to_standard_output->finish();
+    }
     return result;
 }
 
 }  // namespace
 
-int serve_json_lines(const std::shared_ptr<RunCommand>& run) {
-    ServeCommand command;
-    command.run = run;
-    command.json_lines = {json_lines::kStandardOutput};
-    return run_serve(command);
-}
-
 void add_serve_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ServeCommand>();
+    sub->add_option("recording", command->recording, "Play this recording of run --record instead of a device or a simulation")
+        ->check(refuse_empty)
+        ->type_name(kFolderType);
     sub->option_defaults()->group("Outputs");
     sub->add_option("--fastrak", command->fastrak,
                     "Emulate a Polhemus FASTRAK on pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT; repeatable")
@@ -409,12 +476,21 @@ void add_serve_command(CLI::App* sub, Action& action) {
         ->type_name(kFileType);
     sub->add_option("--allow-host", command->names, "Host name under which browsers may use the server; repeatable")
         ->check(refuse_empty);
+    const std::vector<const CLI::Option*> own = options_of(*sub);
     add_run_options(sub, command->run);
+    command->tracker = sub->get_option("--tracker");
+    for (const CLI::Option* option : options_of(*sub)) {
+        const auto is_in = [&](const auto& list) { return std::find(list.begin(), list.end(), option) != list.end(); };
+        if (!is_in(own) && !is_in(command->run->stages) && option != command->tracker) {
+            command->of_other_sources.push_back(option);
+        }
+    }
     sub->add_flag("--json", command->run->json, "Addresses of the outputs as JSON; with a device also poses and summary");
     set_examples(sub, {{"the live page of a simulated hand; prints the link for controls", "tricoil serve --web 8080"},
                        {"OpenIGTLink, from a front end or a tracker board on CAN FD",
                         "tricoil serve --openigtlink 18944 --device can:can0"},
                        {"each pose as a line of JSON", "tricoil serve --json-lines tcp:5005"},
+                       {"a recording, at its own pace", "tricoil serve take1 --json-lines -"},
                        {"emulates a Polhemus FASTRAK with two stations; the Enter key is the button of the stylus",
                         "tricoil serve --fastrak pty:fastrak --stations 2 --button -"}});
     sub->callback([command, &action] { action = [command] { return run_serve(*command); }; });

@@ -1,13 +1,17 @@
 // tricoil smooth: best estimate of a recorded motion.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <deque>
 #include <memory>
+#include <optional>
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/stage_options.hpp"
 #include "board/host/smooth/smoothing_tap.hpp"
-#include "board/pose_text/pose_fields.hpp"
-#include "board/record/recording.hpp"
+#include "board/pose_text/pose_stages.hpp"
+#include "board/record/recording_player.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/output_file.hpp"
@@ -20,7 +24,40 @@ namespace {
 struct SmoothCommand {
     std::string recording;
     std::string out;
+    OutputOptions stages;
     bool json = false;
+};
+
+/// Merges the poses of the sensors by time. The smoother delivers each sensor's poses in pieces.
+class Merge {
+public:
+    Merge(int sensors, Smoother::Receiver next) : waiting_(static_cast<std::size_t>(sensors)), next_(std::move(next)) {}
+
+    void take(const SmoothedPose& smoothed) {
+        waiting_.at(smoothed.pose.sensor).push_back(smoothed);
+        while (std::none_of(waiting_.begin(), waiting_.end(), [](const auto& poses) { return poses.empty(); })) {
+            pass_oldest();
+        }
+    }
+    /// Passes the rest.
+    void finish() {
+        while (std::any_of(waiting_.begin(), waiting_.end(), [](const auto& poses) { return !poses.empty(); })) {
+            pass_oldest();
+        }
+    }
+
+private:
+    void pass_oldest() {
+        const auto is_older = [](const auto& a, const auto& b) {
+            return !a.empty() && (b.empty() || a.front().pose.time < b.front().pose.time);
+        };
+        auto& oldest = *std::min_element(waiting_.begin(), waiting_.end(), is_older);
+        next_(oldest.front());
+        oldest.pop_front();
+    }
+
+    std::vector<std::deque<SmoothedPose>> waiting_;  // of each sensor
+    Smoother::Receiver next_;
 };
 
 struct Totals {
@@ -28,26 +65,6 @@ struct Totals {
     std::size_t valid = 0;
     double position_variance_m2 = 0;  // sum over the valid poses
 };
-
-/// Passes a recorded input to the smoother.
-void take(const TrackerInput& input, const TrackerSettings& settings, SmoothingTap& tap, const std::string& where) {
-    if (input.kind != InputKind::begin && input.sensor >= tap.sensors()) {
-        throw InputError(fmt::format("{}: sensor {} does not exist; the recording has {}", where, input.sensor, tap.sensors()));
-    }
-    switch (input.kind) {
-        case InputKind::column:
-            tap.column(input.column);
-            break;
-        case InputKind::tick:
-            tap.tick(input.sensor, input.now);
-            break;
-        case InputKind::hemisphere:
-            tap.hemisphere(input.sensor, input.hemisphere);
-            break;
-        case InputKind::begin:
-            tap.begin(settings);
-    }
-}
 
 std::string smooth_text(const Json& r) {
     std::string text = fill(r, "{recording}: {poses} poses, {poses_valid} valid");
@@ -64,31 +81,47 @@ int smooth(const SmoothCommand& command) {
                          ": has no columns to smooth: the device computed the poses, or the run ended at its start");
     }
     recording.refuse_as_output(command.out);
-    OutputFile file(command.out);
-    file.write(pose_column_names(kSmoothedForm) + "\n");
+    check_reference(command.stages, recording.sensors());
     Totals totals;
-    SmoothingTap tap([&](const SmoothedPose& smoothed) {
+    SmoothedPose rates;                                      // of the pose that is in the stages
+    const bool has_rates = command.stages.relative_to == 0;  // relative poses have none
+    std::optional<PoseStages> stages;
+    std::optional<OutputFile> file;
+    PoseTap written([&](const tracking::PoseEstimate<double>& pose) {
+        file->write(pose_line({pose, nullptr, has_rates ? &rates.velocity_m_s : nullptr, has_rates ? &rates.rate_rad_s : nullptr},
+                              PoseFormat::csv, kSmoothedForm, stages->units()));
+    });
+    stages.emplace(command.stages, written);
+    file.emplace(command.out);
+    file->write(pose_column_names(kSmoothedForm, stages->units()) + "\n");
+    Merge merge(recording.sensors(), [&](const SmoothedPose& smoothed) {
         ++totals.poses;
         if (smoothed.pose.valid()) {
             ++totals.valid;
             totals.position_variance_m2 += smoothed.pose.covariance.topLeftCorner<3, 3>().trace();
         }
-        file.write(
-            pose_line({smoothed.pose, nullptr, &smoothed.velocity_m_s, &smoothed.rate_rad_s}, PoseFormat::csv, kSmoothedForm));
+        rates = smoothed;
+        stages->turn_rates(rates.pose, rates.velocity_m_s, rates.rate_rad_s);
+        stages->pose(smoothed.pose);
     });
-    tap.begin(*recording.settings());
-    RecordLines inputs(command.recording, RecordFile::inputs);
+    SmoothingTap tap([&](const SmoothedPose& smoothed) { merge.take(smoothed); });
+    RecordingPlayer player(recording, recording.settings(), tap);
     Progress progress("smooth");
-    for (std::string line; inputs.next(line);) {
-        progress.show(inputs.share());
-        take(parse_input(line, inputs.where()), *recording.settings(), tap, inputs.where());
+    while (player.read()) {
+        progress.show(player.share());
+        if (player.begins()) {
+            tap.finish();  // the clock may start again
+            merge.finish();
+        }
+        player.play();
     }
     tap.finish();
+    merge.finish();
     if (totals.poses < 2) {
         throw InputError(
             fmt::format("{}: has {} poses; at least two are needed: record a longer run", command.recording, totals.poses));
     }
-    file.commit();
+    file->commit();
     const double count = std::max(1.0, static_cast<double>(totals.valid));
     print_result({{"recording", command.recording},
                   {"poses", totals.poses},
@@ -112,6 +145,7 @@ void add_smooth_command(CLI::App* sub, Action& action) {
         ->check(refuse_empty)
         ->type_name(kFileType);
     sub->add_flag("--json", command->json, "Summary as JSON");
+    add_stage_options(sub, command->stages);
     set_examples(sub, {{"a recording of tricoil run --record", "tricoil smooth take1 --out path.csv"}});
     sub->callback([command, &action] { action = [command] { return smooth(*command); }; });
 }

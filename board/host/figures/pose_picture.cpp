@@ -27,17 +27,17 @@ constexpr double kShortestBar = 0.004;  // of the time axis
 double worst(double a, double b) { return std::isnan(a) || b > a ? b : a; }
 
 /// One line for `step` poses: the first valid position and the largest error and deviation.
-std::string curve_csv(const std::vector<DrawnPose>& poses) {
+std::string curve_csv(const std::vector<DrawnPose>& poses, double units_per_m) {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     const std::size_t step = (poses.size() + kMostPoints - 1) / kMostPoints;
-    std::string text = "time_s,x_m,y_m,z_m,error_mm,std_mm\n";
+    std::string text = "time_s,x,y,z,error_mm,std_mm\n";
     for (std::size_t begin = 0; begin < poses.size(); begin += step) {
         Vec3<double> position = Vec3<double>::Constant(kNaN);  // interrupts the curve
         double error_m = kNaN;
         double deviation_m = kNaN;
         for (std::size_t n = begin; n < std::min(begin + step, poses.size()); ++n) {
             if (poses[n].valid) {
-                position = position.allFinite() ? position : poses[n].position_m;
+                position = position.allFinite() ? position : Vec3<double>(units_per_m * poses[n].position_m);
                 error_m = worst(error_m, poses[n].error_m);
                 deviation_m = worst(deviation_m, poses[n].deviation_m);
             }
@@ -81,15 +81,16 @@ double tick_of(double range) {
 }
 
 /// The path in the plane of x and the axis `vertical` (1: y, 2: z).
-Panel path_panel(const PoseTable& table, const char* title, Index vertical) {
-    const Eigen::AlignedBox3d box = box_of(table);
+Panel path_panel(const PoseTable& table, const PoseUnits& units, const char* title, Index vertical) {
+    const Eigen::AlignedBox3d in_metres = box_of(table);
+    const Eigen::AlignedBox3d box(units.units_per_m * in_metres.min(), units.units_per_m * in_metres.max());
     const char axis = "xyz"[vertical];
     const std::string settings =
         fmt::format("set size ratio -1\nset xtics {}\nset xrange [{}:{}]\nset yrange [{}:{}]", tick_of(box.sizes()(0)),
                     box.min()(0), box.max()(0), box.min()(vertical), box.max()(vertical));
-    Panel panel{title, "x (m)", fmt::format("{} (m)", axis), {}, settings};
+    Panel panel{title, fmt::format("x ({})", units.unit), fmt::format("{} ({})", axis, units.unit), {}, settings};
     for (const auto& [sensor, poses] : table) {
-        panel.curves.push_back({csv_name(sensor), "x_m", fmt::format("{}_m", axis), title_of(table, sensor, ""),
+        panel.curves.push_back({csv_name(sensor), "x", std::string(1, axis), title_of(table, sensor, ""),
                                 fmt::format("lines lw 1.2 lc rgb '{}'", kColours.at(sensor))});
     }
     return panel;
@@ -172,11 +173,12 @@ private:
 
 }  // namespace
 
-Picture pose_picture(const std::filesystem::path& folder, const std::string& file, const PoseTable& table) {
+Picture pose_picture(const std::filesystem::path& folder, const std::string& file, const PoseTable& table,
+                     const PoseUnits& units) {
     double begin_s = std::numeric_limits<double>::infinity();
     double end_s = -begin_s;
     for (const auto& [sensor, poses] : table) {
-        write_whole_file(folder / csv_name(sensor), curve_csv(poses));
+        write_whole_file(folder / csv_name(sensor), curve_csv(poses, units.units_per_m));
         for (const DrawnPose& pose : poses) {
             begin_s = std::min(begin_s, pose.time_s);
             end_s = std::max(end_s, pose.time_s);
@@ -191,7 +193,8 @@ Picture pose_picture(const std::filesystem::path& folder, const std::string& fil
         }
     }
     write_whole_file(folder / "flags.csv", bars.csv());
-    Picture picture{file, {path_panel(table, "Path from above", 1), path_panel(table, "Path from the side", 2)}, 2, 560, 340};
+    Picture picture{
+        file, {path_panel(table, units, "Path from above", 1), path_panel(table, units, "Path from the side", 2)}, 2, 560, 340};
     if (has(table, &DrawnPose::error_m) || has(table, &DrawnPose::deviation_m)) {
         picture.panels.push_back(error_panel_of(table, time_range));
     }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "board/pose_text/pose_stages.hpp"
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/progress.hpp"
@@ -19,16 +20,19 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-PoseTable table_of_recording(const std::string& folder) {
+PoseTable table_of_recording(const std::string& folder, const OutputOptions& options) {
     PoseTable table;
     const Recording recording(folder);
+    PoseTap drawn([&](const tracking::PoseEstimate<double>& pose) {
+        table[pose.sensor].push_back(
+            {to_seconds(pose.time.since_start()), pose.valid(), pose.flags, pose.position_m, tracking::deviation_m(pose), kNaN});
+    });
+    PoseStages stages(options, drawn);
     RecordLines lines(folder, RecordFile::poses);
     Progress progress("plot: reading");
     for (std::string line; lines.next(line);) {
         progress.show(lines.share());
-        const auto pose = parse_pose(line, lines.where());
-        table[pose.sensor].push_back(
-            {to_seconds(pose.time.since_start()), pose.valid(), pose.flags, pose.position_m, tracking::deviation_m(pose), kNaN});
+        stages.pose(parse_pose(line, lines.where()));
     }
     return table;
 }
@@ -101,8 +105,8 @@ PoseTable table_of_csv(const std::string& path) {
 
 }  // namespace
 
-PoseTable read_pose_table(const std::string& path) {
-    PoseTable table = std::filesystem::is_directory(path) ? table_of_recording(path) : table_of_csv(path);
+PoseTable read_pose_table(const std::string& path, const OutputOptions& stages) {
+    PoseTable table = std::filesystem::is_directory(path) ? table_of_recording(path, stages) : table_of_csv(path);
     const auto has_valid = [](const auto& sensor) {
         return std::any_of(sensor.second.begin(), sensor.second.end(), [](const DrawnPose& pose) { return pose.valid; });
     };

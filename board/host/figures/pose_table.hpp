@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "board/pose_text/output_format.hpp"
 #include "core/linear/matrix.hpp"
 #include "core/tracking/pose_flags.hpp"
 
@@ -24,8 +25,8 @@ struct DrawnPose {
 using PoseTable = std::map<std::uint8_t, std::vector<DrawnPose>>;
 
 /// `path`: the folder of a recording, or a CSV file with the columns of run --out or convert: time_us or time_s and x_m, y_m,
-/// z_m; if present also sensor, valid, flags, std_x_m, std_y_m, std_z_m and error_position_m. Throws InputError, naming file and
-/// line.
-PoseTable read_pose_table(const std::string& path);
+/// z_m; if present also sensor, valid, flags, std_x_m, std_y_m, std_z_m and error_position_m. stages: of the poses of a
+/// recording; a CSV file has theirs already. Throws InputError, naming file and line.
+PoseTable read_pose_table(const std::string& path, const OutputOptions& stages = {});
 
 }  // namespace tricoil::host

@@ -1,12 +1,11 @@
 // Commands of the executable tricoil-serve.
 #include "board/host/commands/commands.hpp"
-#include "board/host/commands/run_command.hpp"
 
 namespace tricoil::host {
 
 std::span<const OwnCommand> own_commands() {
     static constexpr OwnCommand kOwn[] = {
-        {"run", [](CLI::App* sub, Action& action) { add_run_command(sub, action, serve_json_lines); }},
+        {"run", add_run_command},
         {"serve", add_serve_command},
 #ifdef TRICOIL_WITH_WEB
         {"demo", add_demo_command},

@@ -5,7 +5,7 @@ namespace tricoil::host {
 
 std::span<const OwnCommand> own_commands() {
     static constexpr OwnCommand kOwn[] = {
-        {"run", [](CLI::App* sub, Action& action) { add_run_command(sub, action, nullptr); }},
+        {"run", add_run_command},
         {"help", add_help_command},
         {"completion", add_completion_command},
     };

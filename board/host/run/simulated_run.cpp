@@ -12,8 +12,8 @@
 #include "board/host/run/live_view.hpp"
 #include "board/host/run/sample_recorder.hpp"
 #include "board/host/smooth/smoothing_tap.hpp"
-#include "board/pose_text/pose_csv.hpp"
-#include "board/pose_text/relative_poses.hpp"
+#include "board/pose_text/pose_stages.hpp"
+#include "board/pose_text/served_pose_line.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/simulation/stations.hpp"
@@ -101,11 +101,6 @@ HealthCounts counts_of(Loop& loop, const SimulationSetup& setup) {
 }
 
 TruePose true_pose(const sim::Pose& pose) { return {pose.position_m, pose.q_source_sensor}; }
-
-TruePose relative_true_pose(const sim::Pose& pose, const sim::Pose& reference) {
-    const Quat<double> to_reference = reference.q_source_sensor.conjugate();
-    return {to_reference * (pose.position_m - reference.position_m), to_reference * pose.q_source_sensor};
-}
 
 struct Pace {
     HealthMonitor health;
@@ -294,24 +289,39 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     sim::SimulatedCoilSampler sampler(world, coils, clock, scenario.duration_s);
     stations.add_further(sampler);
 
-    const OutputFormat format = make_output_format(options.output);
     RunReport report;
     RunScore score(*scenario.motion, world, clock, plan, is_by_columns(options) ? kPosesPerBound : 1);
-    std::optional<PoseCsv> csv;
+    std::optional<OutputFile> csv;
     if (!options.out_csv.empty()) {
-        csv.emplace(options.out_csv, format);
+        csv.emplace(options.out_csv);
     }
+    std::optional<OutputFile> lines;
+    if (options.json_lines) {
+        lines.emplace(kStandardOutput);
+    }
+    const UtcTime begin = utc_now();
     std::optional<CouplingsCsv> couplings;
     if (!options.couplings.empty()) {
         couplings.emplace(options.couplings);
     }
     const auto truth = [&](std::size_t sensor, DeviceTime time) { return stations.motion(sensor).at(clock.elapsed_s(time)); };
-    std::optional<RelativePoses> relative;
-    if (options.output.relative_to > 0) {
-        const auto reference = static_cast<std::uint8_t>(options.output.relative_to - 1);
-        relative.emplace(reference, [&, reference](const tracking::PoseEstimate<double>& pose) {
-            csv->write(pose, relative_true_pose(truth(pose.sensor, pose.time), truth(reference, pose.time)));
-        });
+    const auto reference = static_cast<std::size_t>(std::max(options.output.relative_to - 1, 0));
+    std::optional<PoseStages> stages;
+    PoseTap written([&](const tracking::PoseEstimate<double>& pose) {
+        if (csv) {
+            const TruePose of_reference = true_pose(truth(reference, pose.time));
+            const TruePose seen = stages->framed(pose, true_pose(truth(pose.sensor, pose.time)), &of_reference);
+            csv->write(pose_line({pose, &seen}, PoseFormat::csv, kScoredForm, stages->units()));
+        }
+        if (lines) {
+            const ServedPose served{pose, begin + pose.time.since_start()};
+            lines->write(served_pose_line(served, stages->units()));
+            lines->flush();  // a reader of a run in real time gets each pose at once
+        }
+    });
+    stages.emplace(options.output, written);
+    if (csv) {
+        csv->write(pose_column_names(kScoredForm, stages->units()) + "\n");
     }
     {
         LiveView live(stderr, options.show_live && observers.score, scenario.duration_s);
@@ -319,10 +329,8 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
             if (!observers.score) {
                 return;
             }
-            if (csv && relative) {
-                relative->take(estimate);
-            } else if (csv) {
-                csv->write(estimate, true_pose(truth(estimate.sensor, estimate.time)));
+            if (csv || lines) {
+                stages->pose(estimate);
             }
             if (couplings && !estimate.flags.has_any(tracking::kFaultFlags)) {
                 couplings->add(estimate.signal_matrix, truth(estimate.sensor, estimate.time));

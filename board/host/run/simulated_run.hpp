@@ -19,7 +19,8 @@ struct RunOptions : SimulationOptions {
     bool realtime = false;
     bool show_live = true;
     std::string out_csv;
-    OutputOptions output;              // format of the CSV; scores use the source frame
+    bool json_lines = false;           // poses to standard output
+    OutputOptions output;              // stages of these poses; scores use the source frame
     std::string record;                // folder; empty: none
     std::string calibration;           // file with coils and surroundings for the tracker; empty: ideal coils
     std::string couplings;             // file for true poses and couplings; empty: none

@@ -62,8 +62,7 @@ void PoseHub::do_begin(const Settings& settings) {
     sensors_ = settings.sensors;
     const auto& common = settings.tracker.common;
     confinement_.assign(common.confined ? static_cast<std::size_t>(sensors_) : 0, common.hemisphere);
-    clock_map_ = {};
-    lead_ = microseconds_from_seconds(common.window_s / 2);
+    utc_.begin(common.window_s);
 }
 
 void PoseHub::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
@@ -74,14 +73,12 @@ void PoseHub::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
 }
 
 void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
-    const HostTime arrival = drivers::host_now();
     {
         const std::lock_guard lock(mutex_);
         sensors_ = std::max(sensors_, estimate.sensor + 1);
         ServedPose& served = ring_[count_ % kCapacity];
-        served.pose = tips_.at_tip(estimate);
-        clock_map_.observe(estimate.time, arrival);
-        served.utc = to_utc(clock_map_.to_host(estimate.time) - lead_);
+        served.pose = estimate;
+        served.utc = utc_.at(estimate.time);
         ++count_;
         if (estimate.sensor < newest_.size()) {
             newest_[estimate.sensor] = served;

@@ -7,10 +7,9 @@
 #include <optional>
 #include <vector>
 
+#include "board/pose_text/pose_utc.hpp"
 #include "board/pose_text/served_pose.hpp"
 #include "board/support/link_health.hpp"
-#include "board/support/tool_tip.hpp"
-#include "core/protocol/clock_map.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_params.hpp"
 #include "core/tracking/tracker_tap.hpp"
@@ -38,9 +37,6 @@ public:
     /// Newest pose of each sensor, flagged stale if it is older than SilenceWatch::kLimit. For clients that connect later.
     [[nodiscard]] std::vector<ServedPose> newest() const;
 
-    /// Tips of the tools: readers get their poses. Call it before the tracker starts.
-    void set_tips(const ToolTips& tips) { tips_ = tips; }
-
     /// Newest health of the measurement and its link.
     void set_health(const LinkHealth& health);
     [[nodiscard]] LinkHealth health() const;
@@ -64,9 +60,7 @@ private:
     LinkHealth health_;
     int sensors_ = 0;
     std::vector<Vec3<double>> confinement_;
-    ToolTips tips_;
-    protocol::ClockMap clock_map_;
-    Microseconds lead_;  // half a demodulation window: the shortest time from a window's midpoint to the arrival of its pose
+    PoseUtc utc_;
     std::function<void()> notify_;
 };
 

@@ -3,6 +3,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 
 #include "board/host/serve/silence_watch.hpp"
@@ -58,11 +59,12 @@ void Server::Loop::run(const PoseHub& hub, const std::atomic<bool>& ends) {
     std::vector<pollfd> descriptors;
     std::vector<ServedPose> poses;
     SilenceWatch silence;
-    while (!ends) {
+    for (bool is_last = false; !is_last;) {
+        is_last = ends;  // then the newest poses are served once more
         descriptors.assign(1, {bell.get(), POLLIN, 0});
-        int timeout_ms = kRoundMs;
+        int timeout_ms = is_last ? 0 : kRoundMs;
         for (const auto& service : services) {
-            timeout_ms = service->watch(descriptors) ? kPauseMs : timeout_ms;
+            timeout_ms = service->watch(descriptors) ? std::min(timeout_ms, kPauseMs) : timeout_ms;
         }
         ::poll(descriptors.data(), descriptors.size(), timeout_ms);
         std::uint64_t rings = 0;

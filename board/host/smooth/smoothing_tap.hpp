@@ -20,8 +20,6 @@ public:
 
     /// Delivers the remaining poses.
     void finish();
-    /// Number of sensors of the settings.
-    [[nodiscard]] std::size_t sensors() const { return sensors_.size(); }
 
 private:
     struct Sensor {

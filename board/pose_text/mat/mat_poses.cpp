@@ -52,19 +52,19 @@ void set_field(matvar_t* structure, const char* name, Variable variable) {
 using Poses = std::vector<tracking::PoseEstimate<double>>;
 
 /// One column for each number of the field.
-Variable column_of(const Poses& poses, const PoseField& field) {
+Variable column_of(const Poses& poses, const PoseField& field, const PoseUnits& units) {
     std::vector<double> values(field.count * poses.size(), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t row = 0; row < poses.size(); ++row) {
         std::array<double, PoseField::kMostNumbers> numbers{};
         if (field.integer != nullptr) {
             values[row] = static_cast<double>(field.integer(poses[row]));
-        } else if (field.numbers({poses[row]}, {}, numbers.data())) {
+        } else if (field.numbers({poses[row]}, units, numbers.data())) {
             for (std::size_t i = 0; i < field.count; ++i) {
                 values[i * poses.size() + row] = numbers[i];
             }
         }
     }
-    return array_of(pose_key(field, {}).c_str(), {poses.size(), field.count}, values);
+    return array_of(pose_key(field, units).c_str(), {poses.size(), field.count}, values);
 }
 
 template <typename Member>
@@ -78,12 +78,12 @@ Variable matrices_of(const char* name, const Poses& poses, Member member, std::s
     return array_of(name, {size, size, poses.size()}, values);
 }
 
-Variable structure_of(const Poses& poses) {
+Variable structure_of(const Poses& poses, const PoseUnits& units) {
     std::array<std::size_t, 2> one{1, 1};
     Variable structure = checked(Mat_VarCreateStruct("poses", 2, one.data(), nullptr, 0));
-    for_each_field(kPoseForm, {}, [&](const PoseField& field) {
+    for_each_field(kPoseForm, units, [&](const PoseField& field) {
         if (!field.is_names()) {
-            set_field(structure.get(), pose_key(field, {}).c_str(), column_of(poses, field));
+            set_field(structure.get(), pose_key(field, units).c_str(), column_of(poses, field, units));
         }
     });
     using Pose = tracking::PoseEstimate<double>;
@@ -120,7 +120,7 @@ void MatPoses::finish(const std::function<void(std::string_view)>& put) const {
     const std::string path = fmt::format("/proc/self/fd/{}", memory.get());
     {
         const std::unique_ptr<mat_t, int (*)(mat_t*)> file(Mat_CreateVer(path.c_str(), kHeader, MAT_FT_MAT5), Mat_Close);
-        if (!file || Mat_VarWrite(file.get(), structure_of(poses_).get(), MAT_COMPRESSION_NONE) != 0 ||
+        if (!file || Mat_VarWrite(file.get(), structure_of(poses_, units_).get(), MAT_COMPRESSION_NONE) != 0 ||
             Mat_VarWrite(file.get(), names_of_flags().get(), MAT_COMPRESSION_NONE) != 0) {
             fail();
         }

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/tracking/pose_estimate.hpp"
+#include "board/pose_text/pose_fields.hpp"
 
 namespace tricoil::host {
 
@@ -14,6 +14,8 @@ namespace tricoil::host {
 /// names of the bits of poses.flags. MAT version 5, without compression.
 class MatPoses {
 public:
+    explicit MatPoses(PoseUnits units) : units_(std::move(units)) {}
+
     /// Keeps the pose in memory. Throws InputError if the file becomes too large for its format.
     void add(const tracking::PoseEstimate<double>& pose);
 
@@ -21,6 +23,7 @@ public:
     void finish(const std::function<void(std::string_view)>& put) const;
 
 private:
+    PoseUnits units_;
     std::vector<tracking::PoseEstimate<double>> poses_;
 };
 

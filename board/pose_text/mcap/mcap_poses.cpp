@@ -25,14 +25,14 @@ constexpr const char* kPoseInFrame = R"({
         "properties": {"x": {"type": "number"}, "y": {"type": "number"}, "z": {"type": "number"}, "w": {"type": "number"}}}}}}})";
 
 /// Of the JSON text of a pose.
-std::string pose_schema() {
+std::string pose_schema(const PoseUnits& units) {
     const Json number{{"type", {"number", "null"}}};
     Json properties = Json::object();
-    for_each_field(kPoseForm, {}, [&](const PoseField& field) {
-        properties[pose_key(field, {})] = field.integer != nullptr ? Json{{"type", "integer"}}
-                                          : field.is_names()       ? Json{{"type", "string"}}
-                                          : field.count > 1        ? Json{{"type", "array"}, {"items", number}}
-                                                                   : number;
+    for_each_field(kPoseForm, units, [&](const PoseField& field) {
+        properties[pose_key(field, units)] = field.integer != nullptr ? Json{{"type", "integer"}}
+                                             : field.is_names()       ? Json{{"type", "string"}}
+                                             : field.count > 1        ? Json{{"type", "array"}, {"items", number}}
+                                                                      : number;
     });
     return Json{{"title", "tricoil.Pose"}, {"type", "object"}, {"properties", properties}}.dump();
 }
@@ -50,19 +50,20 @@ std::string pose_in_frame(const tracking::PoseEstimate<double>& pose, std::uint6
 
 }  // namespace
 
-McapPoses::McapPoses(std::function<void(std::string_view)> put) : writer_(std::move(put), "tricoil") {}
+McapPoses::McapPoses(std::function<void(std::string_view)> put, PoseUnits units)
+    : writer_(std::move(put), "tricoil"), units_(std::move(units)) {}
 
 void McapPoses::add(const tracking::PoseEstimate<double>& pose) {
     auto& channels = sensors_.at(pose.sensor);
     if (!channels) {
         channels =
-            Channels{writer_.add_channel(fmt::format("/sensor{}/tracker", pose.sensor), "tricoil.Pose", pose_schema()),
+            Channels{writer_.add_channel(fmt::format("/sensor{}/tracker", pose.sensor), "tricoil.Pose", pose_schema(units_)),
                      writer_.add_channel(fmt::format("/sensor{}/pose", pose.sensor), "foxglove.PoseInFrame", kPoseInFrame)};
     }
     const std::uint64_t time_ns =
         kNanosecondsPerMicrosecond * static_cast<std::uint64_t>(std::max<std::int64_t>(to_us(pose.time), 0));
     std::array<char, kLongestPoseText> text;
-    writer_.add_message(channels->tracker, pose.sequence, time_ns, {text.data(), put_json({pose}, kPoseForm, {}, text)});
+    writer_.add_message(channels->tracker, pose.sequence, time_ns, {text.data(), put_json({pose}, kPoseForm, units_, text)});
     if (pose.valid()) {
         writer_.add_message(channels->pose, pose.sequence, time_ns, pose_in_frame(pose, time_ns));
     }

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "board/pose_text/mcap/mcap_writer.hpp"
-#include "core/tracking/pose_estimate.hpp"
+#include "board/pose_text/pose_fields.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
@@ -16,7 +16,8 @@ namespace tricoil::host {
 /// /sensorN/pose has the valid poses as foxglove.PoseInFrame, frame_id "source". Times are those of the poses, in ns.
 class McapPoses {
 public:
-    explicit McapPoses(std::function<void(std::string_view)> put);
+    /// units: of /sensorN/tracker.
+    McapPoses(std::function<void(std::string_view)> put, PoseUnits units);
 
     void add(const tracking::PoseEstimate<double>& pose);
     void finish() { writer_.finish(); }
@@ -27,6 +28,7 @@ private:
         std::uint16_t pose;
     };
     McapWriter writer_;
+    PoseUnits units_;
     std::array<std::optional<Channels>, tracking::kMaxSensors> sensors_;
 };
 

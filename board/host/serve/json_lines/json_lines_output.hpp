@@ -6,6 +6,7 @@
 
 #include "board/host/serve/service.hpp"
 #include "board/host/serve/tcp_listener.hpp"
+#include "board/pose_text/pose_fields.hpp"
 
 namespace tricoil::host::json_lines {
 
@@ -17,8 +18,8 @@ struct Output {
 
 constexpr const char* kStandardOutput = "-";
 
-/// where: tcp:[ADDRESS:]PORT, udp:[HOST:]PORT or kStandardOutput. Throws InputError for any other text, and the errors of
-/// TcpListener and UdpService.
-Output make_output(const std::string& where);
+/// where: tcp:[ADDRESS:]PORT or udp:[HOST:]PORT. Throws InputError for any other text, and
+/// the errors of TcpListener and UdpService.
+Output make_output(const std::string& where, const PoseUnits& units);
 
 }  // namespace tricoil::host::json_lines

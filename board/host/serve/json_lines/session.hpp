@@ -12,17 +12,18 @@ namespace tricoil::host::json_lines {
 /// reads too slowly misses whole lines.
 class Session {
 public:
-    explicit Session(Stream& stream) : stream_(stream) {}
+    Session(Stream& stream, const PoseUnits& units) : stream_(stream), units_(units) {}
 
     void receive(std::span<const char> /*bytes*/) {}
     void take(std::span<const ServedPose> poses) {
         for (const ServedPose& served : poses) {
-            stream_.send(served_pose_line(served));
+            stream_.send(served_pose_line(served, units_));
         }
     }
 
 private:
     Stream& stream_;
+    PoseUnits units_;
 };
 
 }  // namespace tricoil::host::json_lines

@@ -5,18 +5,26 @@
 #include <csignal>
 
 #include "board/pose_text/served_pose_line.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host::json_lines {
 
-StdoutSender::StdoutSender() : pump_(STDOUT_FILENO, "standard output") {}
+StdoutSender::StdoutSender(const PoseUnits& units) : units_(units), pump_(STDOUT_FILENO, "standard output") {}
 
 void StdoutSender::take(std::span<const ServedPose> poses) {
     for (const ServedPose& served : poses) {
-        pump_.push(served_pose_line(served));
+        pump_.push(served_pose_line(served, units_));
     }
-    if (pump_.is_unread() && !has_ended_) {
+    if (pump_.has_failed() && !has_ended_) {
         has_ended_ = true;
         (void)std::raise(SIGTERM);
+    }
+}
+
+void StdoutSender::finish() {
+    const std::string error = pump_.close();
+    if (!error.empty() && !pump_.is_unread()) {
+        throw DeviceError(error);
     }
 }
 

@@ -9,7 +9,8 @@
 #include "board/pose_text/served_pose_line.hpp"
 
 namespace tricoil::host::websocket {
-Session::Session(Stream& stream, const std::vector<std::string>& origins) : stream_(stream), origins_(origins) {}
+Session::Session(Stream& stream, const std::vector<std::string>& origins, PoseUnits units)
+    : stream_(stream), origins_(origins), units_(std::move(units)) {}
 
 void Session::receive(std::span<const char> bytes) {
     received_.append(bytes.data(), bytes.size());
@@ -79,7 +80,7 @@ void Session::take(std::span<const ServedPose> poses) {
         if (!protocol_ || stream_.gone()) {
             return;
         }
-        const std::string line = served_pose_line(served);
+        const std::string line = served_pose_line(served, units_);
         const std::string_view object = std::string_view(line).substr(0, line.size() - 1);  // without line feed
         const wslay_event_msg message{WSLAY_TEXT_FRAME, reinterpret_cast<const std::uint8_t*>(object.data()),  // NOLINT
                                       object.size()};

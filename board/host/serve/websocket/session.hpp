@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "board/host/serve/stream.hpp"
+#include "board/pose_text/pose_fields.hpp"
 #include "board/pose_text/served_pose.hpp"
 
 namespace tricoil::host::websocket {
@@ -27,7 +28,7 @@ public:
     static constexpr std::uint64_t kLongestFrame = 64 * 1024;  // from the client
 
     /// origins: of pages that may connect; must outlive this object.
-    Session(Stream& stream, const std::vector<std::string>& origins);
+    Session(Stream& stream, const std::vector<std::string>& origins, PoseUnits units = {});
 
     void receive(std::span<const char> bytes);
     void take(std::span<const ServedPose> poses);
@@ -42,6 +43,7 @@ private:
 
     Stream& stream_;
     const std::vector<std::string>& origins_;
+    PoseUnits units_;
     std::chrono::steady_clock::time_point came_ = std::chrono::steady_clock::now();
     std::string received_;                                    // not yet processed
     std::string frames_;                                      // complete frames for the client

@@ -1,0 +1,114 @@
+#include "board/record/recording_player.hpp"
+
+#include <fmt/format.h>
+
+#include "board/record/two_band_frame.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/tracker_choice.hpp"
+
+namespace tricoil::host {
+
+std::optional<TrackerSettings> settings_of(const Recording& recording, const std::string& tracker) {
+    std::optional<TrackerSettings> settings = recording.settings();
+    if (tracker.empty() || (settings && tracker == name_of_method(settings->tracker.method))) {
+        return settings;
+    }
+    const tracking::MethodParams<double> method = method_of_name(tracker);
+    if (!settings) {
+        throw InputError(recording.folder() + ": has no columns to track: the device computed the poses; leave the tracker out");
+    }
+    settings->tracker.method = method;
+    if (std::holds_alternative<tracking::DualBandParams>(method)) {
+        settings->tracker.method = tracking::dual_band_params(two_band_frame_s(recording.folder()));
+    }
+    deskew_in_turn(settings->tracker);
+    const Status status = tracking::AnyTracker<double>::check(settings->tracker, settings->calibration);
+    if (!status.ok()) {
+        throw InputError(fmt::format("{}: --tracker {}: {}", recording.folder(), tracker, status.message()));
+    }
+    return settings;
+}
+
+void TrackerStage::do_begin(const Settings& settings) {
+    next_.begin(settings);
+    trackers_.clear();
+    for (int n = 0; n < settings.sensors; ++n) {
+        trackers_.push_back(std::make_unique<tracking::AnyTracker<double>>(settings.tracker, settings.calibration));
+    }
+}
+
+void TrackerStage::do_column(const MeasuredColumn<double>& column) {
+    next_.column(column);
+    if (const auto pose = trackers_.at(column.sensor)->update(column)) {
+        next_.pose(*pose);
+    }
+}
+
+void TrackerStage::do_tick(std::uint8_t sensor, DeviceTime now) {
+    next_.tick(sensor, now);
+    if (const auto pose = trackers_.at(sensor)->tick(now)) {
+        next_.pose(*pose);
+    }
+}
+
+void TrackerStage::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
+    next_.hemisphere(sensor, towards);
+    (void)trackers_.at(sensor)->set_hemisphere(towards);  // a refused hemisphere is refused again
+}
+
+RecordingPlayer::RecordingPlayer(const Recording& recording, const std::optional<TrackerSettings>& settings,
+                                 tracking::TrackerTap<double>& tap)
+    : settings_(settings), tap_(tap), lines_(recording.folder(), settings ? RecordFile::inputs : RecordFile::poses) {
+    if (settings_) {
+        tap_.begin(*settings_);
+    }
+}
+
+bool RecordingPlayer::read() {
+    std::string line;
+    if (!lines_.next(line)) {
+        return false;
+    }
+    if (!settings_) {
+        pose_ = parse_pose(line, lines_.where());
+        return true;
+    }
+    input_ = parse_input(line, lines_.where());
+    if (input_.kind != InputKind::begin && input_.sensor >= settings_->sensors) {
+        throw InputError(
+            fmt::format("{}: sensor {} does not exist; the recording has {}", lines_.where(), input_.sensor, settings_->sensors));
+    }
+    return true;
+}
+
+std::optional<DeviceTime> RecordingPlayer::time() const {
+    if (!settings_) {
+        return pose_.time;
+    }
+    return input_.kind == InputKind::column ? std::optional(input_.column.midpoint)
+           : input_.kind == InputKind::tick ? std::optional(input_.now)
+                                            : std::nullopt;
+}
+
+void RecordingPlayer::play() {
+    if (!settings_) {
+        tap_.pose(pose_);
+        return;
+    }
+    switch (input_.kind) {
+        case InputKind::begin:
+            tap_.begin(*settings_);
+            break;
+        case InputKind::column:
+            tap_.column(input_.column);
+            break;
+        case InputKind::tick:
+            tap_.tick(input_.sensor, input_.now);
+            break;
+        case InputKind::hemisphere:
+            tap_.hemisphere(input_.sensor, input_.hemisphere);
+            break;
+    }
+}
+
+}  // namespace tricoil::host
