@@ -115,7 +115,7 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
 void add_pose_options(CLI::App* sub, RunOptions& o) {
     sub->option_defaults()->group(kPoses);
     sub->add_option("--tip", o.output.tips,
-                    "Poses of a tool's tip: a file of calibrate --pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
+                    "Poses of a tool's tip: a file of calibrate pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
                     "Recordings keep the poses of the sensor")
         ->check(refuse_empty)
         ->type_name(kFileType);
