@@ -67,10 +67,9 @@ std::string command_rows(const CLI::App& command, std::size_t width) {
     return out;
 }
 
-std::string example_lines(const CLI::App& command) {
+std::string example_rows(const CLI::App& command) {
     std::string out;
-    std::istringstream lines(command.get_footer());
-    for (std::string line; std::getline(lines, line);) {
+    for (const std::string& line : example_lines(command)) {
         out += std::string(kIndent, ' ') + line + "\n";
     }
     return out.empty() ? out : "\nExamples:\n" + out;
@@ -123,7 +122,7 @@ std::string help_text(const CLI::App& command, std::size_t full_width) {
     std::string out = wrapped(command.get_description(), 0, width) + "\n";
     out += fmt::format("\nUsage: {}{} [OPTIONS]\n", command_path(command), usage_arguments(command));
     out += argument_rows(command, width) + command_rows(command, width);
-    out += option_rows(options_of(command), width) + example_lines(command);
+    out += option_rows(options_of(command), width) + example_rows(command);
     const bool is_program = command.get_parent() == nullptr;
     const std::string more =
         commands_of(command).empty() ? "" : fmt::format("Help of a command: {} COMMAND --help\n", command_path(command));

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <sstream>
 
 #include "board/command_line/help_text.hpp"
 #include "board/support/whole_file.hpp"
@@ -90,8 +89,7 @@ std::string subcommand_details(const CLI::App& command) {
 
 std::string examples(const CLI::App& command) {
     std::string out;
-    std::istringstream lines(command.get_footer());
-    for (std::string line; std::getline(lines, line);) {
+    for (const std::string& line : example_lines(command)) {
         out += line.starts_with("# ") ? ".PP\n" + escaped(line.substr(2)) + ":\n"
                                       : fmt::format(".PP\n.RS 4\n.EX\n{}\n.EE\n.RE\n", escaped(line));
     }

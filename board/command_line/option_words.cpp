@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <sstream>
 
 namespace tricoil::host {
 namespace {
@@ -34,6 +35,19 @@ void set_examples(CLI::App* command, const std::vector<Example>& examples) {
         text += fmt::format("# {}\n{}\n", example.what, example.line);
     }
     command->footer(text);
+}
+
+std::vector<std::string> example_lines(const CLI::App& command) {
+    std::vector<std::string> all;
+    std::istringstream text(command.get_footer());
+    for (std::string line; std::getline(text, line);) {
+        all.push_back(line);
+    }
+    for (const CLI::App* one : all.empty() ? commands_of(command) : std::vector<const CLI::App*>{}) {
+        const auto more = example_lines(*one);
+        all.insert(all.end(), more.begin(), more.end());
+    }
+    return all;
 }
 
 std::string command_path(const CLI::App& command) {

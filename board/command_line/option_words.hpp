@@ -34,6 +34,8 @@ struct Example {
     std::string line;
 };
 void set_examples(CLI::App* command, const std::vector<Example>& examples);
+/// Lines of a command's examples; of its commands' examples if it has none.
+std::vector<std::string> example_lines(const CLI::App& command);
 
 /// "tricoil device list": the program and its commands.
 std::string command_path(const CLI::App& command);

@@ -84,6 +84,19 @@ std::string missing_option(const CLI::App& command) {
     return fmt::format("{} is required ({}{})", shown_name(first), type, first.get_description());
 }
 
+/// Other kinds of the same command that take the option.
+std::string commands_with(const CLI::App& command, const std::string& option) {
+    std::string paths;
+    const CLI::App* const parent = command.get_parent();
+    for (const CLI::App* one : parent == nullptr ? std::vector<const CLI::App*>{} : commands_of(*parent)) {
+        const auto options = parent->get_parent() == nullptr ? std::vector<const CLI::Option*>{} : options_of(*one);
+        if (std::ranges::any_of(options, [&](const CLI::Option* o) { return o->check_name(option); })) {
+            paths += (paths.empty() ? "" : ", ") + command_path(*one);
+        }
+    }
+    return paths;
+}
+
 }  // namespace
 
 std::string unknown_command(const CLI::App& command, const std::string& word) {
@@ -101,6 +114,9 @@ std::string unknown_option(const CLI::App& command, const std::string& word) {
         }
     }
     const std::string nearest = nearest_name(word.substr(std::min(word.size(), word.find_first_not_of('-'))), names);
+    if (const std::string others = commands_with(command, word); !others.empty()) {
+        return with_pointer(command, fmt::format("{} is an option of {}, not of {}", word, others, command_path(command)));
+    }
     return with_pointer(command, fmt::format("unknown option '{}'", word) +
                                      (nearest.empty() ? "" : fmt::format("; did you mean '--{}'?", nearest)));
 }

@@ -23,7 +23,7 @@ constexpr host::OwnCommand kOwn[] = {
     {"convert", host::add_convert_command},
     {"plot", host::add_plot_command},
 #ifdef TRICOIL_WITH_CALIBRATION
-    {"calibrate", host::add_calibrate_command},
+    {"calibrate", host::add_calibrate_command, host::renew_calibrate},
     {"evaluate", host::add_evaluate_command},
 #endif
     {"couplings", host::add_couplings_command},

@@ -132,7 +132,7 @@ signal::ConverterErrors read_converters(CheckedTable& top) {
         return errors;
     }
     auto table = top.child("converters");
-    table.require(!table.has("jumps_1"), "jumps_1", "is from an older version; calibrate again with --converters");
+    table.require(!table.has("jumps_1"), "jumps_1", "is from an older version; calibrate converters again");
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {  // known keys are not taken for a mistyped one of another coil
         (void)table.has(jumps_key(coil));
         (void)table.has(gain_key(coil));

@@ -18,7 +18,7 @@ constexpr double kWidest_m2 = 1;        // largest variance
 constexpr double kAsymmetry_m2 = 1e-9;  // rounding errors of a covariance
 
 [[noreturn]] void refuse(const std::string& text) {
-    throw InputError("--tip " + text + ": give X,Y,Z (m, sensor frame), SENSOR:X,Y,Z, or a .toml file of calibrate --pivot");
+    throw InputError("--tip " + text + ": give X,Y,Z (m, sensor frame), SENSOR:X,Y,Z, or a .toml file of calibrate pivot");
 }
 
 template <typename T>
@@ -65,7 +65,7 @@ bool is_covariance(const Mat3<double>& m) {
 }  // namespace
 
 std::string to_toml(const ToolTip& tip) {
-    std::string text = "# Tip of a tool, by tricoil calibrate --pivot. Metres, sensor frame.\nversion = 1\nkind = \"tip\"\n";
+    std::string text = "# Tip of a tool, by tricoil calibrate pivot. Metres, sensor frame.\nversion = 1\nkind = \"tip\"\n";
     return text + fmt::format("sensor = {}\ntip_m = {}\ncovariance_m2 = {}\n", tip.sensor, toml_text(tip.tip_m),
                               toml_text(tip.covariance_m2));
 }
@@ -73,7 +73,7 @@ std::string to_toml(const ToolTip& tip) {
 ToolTip read_tip(const std::string& path) {
     const toml::table root = parse_toml(path, read_text(path, kLongestToml));
     if (root["kind"].value_or(std::string()) != "tip") {
-        throw InputError(path + ": is not a tip; write it with tricoil calibrate --pivot");
+        throw InputError(path + ": is not a tip; write it with tricoil calibrate pivot");
     }
     CheckedTable table(path, "", root);
     table.require(table.number("version", 0) == 1, "version", "must be 1; calibrate again with this program");

@@ -175,7 +175,7 @@ TEST(ConverterFit, IgnoresAnOutlier) {
     EXPECT_LT(error_mm(fit.coils, corrected(others, fit.errors)), 0.15);
 }
 
-/// `tricoil calibrate --converters` with a file of rests.
+/// `tricoil calibrate converters` with a file of rests.
 class Command : public ::testing::Test {
 protected:
     static void write(const std::string& columns, const std::string& end_of_last_line = "") {
@@ -205,12 +205,13 @@ protected:
         return text;
     }
     static test::CliResult calibrate(const std::string& more = "") {
-        return test::tricoil("calibrate --model concentric --converters --json --out " + kToml + " --blob " + kBlob + " " +
-                             kRests + more);
+        return test::tricoil("calibrate converters --model concentric --json --out " + kToml + " --blob " + kBlob + " " + kRests +
+                             more);
     }
     /// Calibrates the coils alone.
     static test::CliResult calibrate_coils(const std::string& more) {
-        return test::tricoil("calibrate --model concentric --json --out " + kCoils + " --blob " + kBlob + " " + kRests + more);
+        return test::tricoil("calibrate stage --model concentric --json --out " + kCoils + " --blob " + kBlob + " " + kRests +
+                             more);
     }
     static double error_m(const std::string& calibration) {
         return test::tricoil("evaluate --solver direct --json --calibration " + calibration + " --out " +
@@ -260,7 +261,7 @@ TEST_F(Command, RefusesBadLevels) {
     write(kAll, "e9,3");
     refused(calibrate(), "rests.csv:37: a level (a11 to a33) is not a share of full scale, 0 to 1");
     write(kAll);
-    refused(calibrate(" --grid --spacing-mm 50"), "--converters needs poses of a stage");
+    refused(calibrate(" --spacing-mm 50"), "--spacing-mm is an option of tricoil calibrate grid, ");
 }
 
 /// A gain step of one channel is wrong by 2 %.
@@ -346,7 +347,7 @@ TEST_F(Command, GridIsCorrectedToo) {
             text += nodes[n] + "," + couplings_text(file.poses[n], std::string(kLevelColumns)) + "\n";
         }
         std::ofstream(kRests) << text;
-        const auto ran = test::tricoil("calibrate --grid --spacing-mm 50 --json --out " + kCoils + " " + kRests + more);
+        const auto ran = test::tricoil("calibrate grid --spacing-mm 50 --json --out " + kCoils + " " + kRests + more);
         EXPECT_EQ(ran.exit_code, 0) << ran.err;
         return read_calibration(kCoils).calibration.model.sensor_sensitivity;
     };
@@ -363,7 +364,7 @@ TEST_F(Command, FreeMotionIsCorrectedToo) {
     write(poses_of(board, 48, 0.48, 0.84, 1), kAll);
     ASSERT_EQ(calibrate().exit_code, 0);
     const auto free_motion = [](const std::string& more) {
-        const auto ran = test::tricoil("calibrate --free-motion --json --out " + kCoils + " " + kRests + more);
+        const auto ran = test::tricoil("calibrate free-motion --json --out " + kCoils + " " + kRests + more);
         EXPECT_EQ(ran.exit_code, 0) << ran.err;
         return read_calibration(kCoils).calibration.model.sensor_sensitivity;
     };
@@ -389,7 +390,7 @@ TEST_F(Command, RefusesFilesWithAndWithoutLevels) {
     write(others, kAll);
     const std::string both = " " + corrected_rests + " --converters-from " + kToml;
     refused(calibrate_coils(both), "60 of 120 couplings have no levels");
-    refused(test::tricoil("calibrate --free-motion --out " + kCoils + " " + kRests + both), "60 of 120 couplings have no levels");
+    refused(test::tricoil("calibrate free-motion --out " + kCoils + " " + kRests + both), "60 of 120 couplings have no levels");
 }
 
 TEST_F(Command, WarnsIfTheBoardWouldForgetItsConverters) {

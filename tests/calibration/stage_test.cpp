@@ -84,7 +84,7 @@ TEST_F(Stage, WideCoilsConvergeFromTheDataAlone) {
     const std::string blob = path("wide.bin");
     for (const char* model : {"general", "finite"}) {
         const auto fit =
-            tricoil("calibrate --json --model " + std::string(model) + " --out " + cal + " --blob " + blob + set("md"));
+            tricoil("calibrate stage --json --model " + std::string(model) + " --out " + cal + " --blob " + blob + set("md"));
         ASSERT_EQ(fit.exit_code, 0) << fit.err;
         const auto test = tricoil("evaluate --json --calibration " + cal + set("ld"));
         ASSERT_EQ(test.exit_code, 0) << test.err;
@@ -95,7 +95,7 @@ TEST_F(Stage, WideCoilsConvergeFromTheDataAlone) {
         EXPECT_LT(number(test, "orientation_rms_deg"), 0.1);
     }
     // The distances between the estimated source coils equal the simulated ones.
-    const auto fit = tricoil("calibrate --json --model finite --out " + cal + " --blob " + blob + set("md"));
+    const auto fit = tricoil("calibrate stage --json --model finite --out " + cal + " --blob " + blob + set("md"));
     const auto bytes = read_file(blob);
     const auto read = calibration::decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
     ASSERT_TRUE(read.ok()) << read.status().message();
@@ -107,15 +107,15 @@ TEST_F(Stage, WideCoilsConvergeFromTheDataAlone) {
 
 TEST_F(Stage, OneFixtureAloneConvergesToo) {
     for (int fixture = 0; fixture < 3; ++fixture) {
-        const auto fit = tricoil("calibrate --json --out " + path("one.toml") + " " + path(sim::ilemt_name(fixture, "md")));
+        const auto fit = tricoil("calibrate stage --json --out " + path("one.toml") + " " + path(sim::ilemt_name(fixture, "md")));
         ASSERT_EQ(fit.exit_code, 0) << fit.err;
         EXPECT_LT(number(fit, "position_rms_m"), 5e-4) << fixture;
     }
 }
 
 TEST_F(Stage, ConcentricModelHasALargerResidualOnWideCoils) {
-    const auto concentric = tricoil("calibrate --json --model concentric --out " + path("c.toml") + set("md"));
-    const auto general = tricoil("calibrate --json --model general --out " + path("g.toml") + set("md"));
+    const auto concentric = tricoil("calibrate stage --json --model concentric --out " + path("c.toml") + set("md"));
+    const auto general = tricoil("calibrate stage --json --model general --out " + path("g.toml") + set("md"));
     ASSERT_EQ(concentric.exit_code, 0) << concentric.err;
     EXPECT_GT(number(concentric, "residual_rms"), 5 * number(general, "residual_rms"));
     const auto direct = tricoil("evaluate --json --solver direct --calibration " + path("c.toml") + set("ld"));
@@ -124,7 +124,7 @@ TEST_F(Stage, ConcentricModelHasALargerResidualOnWideCoils) {
 }
 
 TEST_F(Stage, NamedFixturesAndRefitting) {
-    const auto fit = tricoil("calibrate --json --fixtures named --out " + path("n.toml") + set("md"));
+    const auto fit = tricoil("calibrate stage --json --fixtures named --out " + path("n.toml") + set("md"));
     ASSERT_EQ(fit.exit_code, 0) << fit.err;
     const auto test = tricoil("evaluate --json --calibration " + path("n.toml") + set("ld"));
     EXPECT_THAT(test.json()["fixtures"].get<std::string>(), "from the calibration");
@@ -137,7 +137,7 @@ TEST_F(Stage, NamedFixturesAndRefitting) {
 /// The source stands in other fixtures: the sensor is in another half space, and mostly along another axis, of its frame. The
 /// calibration holds for the region of its poses, so errors may be larger elsewhere.
 TEST_F(Stage, RefittingFindsAnyFixtureOfTheSource) {
-    ASSERT_EQ(tricoil("calibrate --model finite --out " + path("r.toml") + set("md")).exit_code, 0);
+    ASSERT_EQ(tricoil("calibrate stage --model finite --out " + path("r.toml") + set("md")).exit_code, 0);
     const double known = number(tricoil("evaluate --json --calibration " + path("r.toml") + set("md")), "position_rms_m");
     for (const Vec3<double>& turn_deg : {Vec3<double>(0, 0, 180), {0, 90, 0}, {120, -70, 30}, {180, 0, 0}}) {
         sim::StageParams params;
@@ -159,7 +159,7 @@ TEST_F(Stage, RefittingFindsAnyFixtureOfTheSource) {
 }
 
 TEST_F(Stage, WritesResidualsAndAPicture) {
-    ASSERT_EQ(tricoil("calibrate --affine --out " + path("p.toml") + set("md")).exit_code, 0);
+    ASSERT_EQ(tricoil("calibrate stage --out " + path("p.toml") + set("md")).exit_code, 0);
     const auto test = tricoil("evaluate --calibration " + path("p.toml") + " --out " + path("pictures") + set("ld"));
     ASSERT_EQ(test.exit_code, 0) << test.err;
     const std::string csv = read_file(path("pictures") + "/pose_errors.csv");
@@ -177,7 +177,7 @@ TEST_F(Stage, ErrorsOfTheStageAreSeparatedFromTheTracker) {
     for (int fixture = 0; fixture < 3; ++fixture) {
         write(sim::ilemt_name(fixture, "sag"), sim::ilemt_text(*triads_, params, fixture));
     }
-    const std::string calibrate = "calibrate --json --model finite --out ";
+    const std::string calibrate = "calibrate stage --json --model finite --out ";
     const auto ideal = tricoil(calibrate + path("ideal.toml") + set("sag"));
     const auto fit = tricoil(calibrate + path("sag.toml") + " --blob " + path("sag.bin") + " --stage turning" + set("sag"));
     ASSERT_EQ(fit.exit_code, 0) << fit.err;
@@ -201,8 +201,8 @@ TEST_F(Stage, ErrorsOfTheStageAreSeparatedFromTheTracker) {
 
 TEST_F(Stage, TheStageModelCostsNothingOnAnIdealStage) {
     for (const char* stage : {"ideal", "turning", "room"}) {
-        const auto fit =
-            tricoil(std::string("calibrate --json --model finite --stage ") + stage + " --out " + path("t.toml") + set("md"));
+        const auto fit = tricoil(std::string("calibrate stage --json --model finite --stage ") + stage + " --out " +
+                                 path("t.toml") + set("md"));
         ASSERT_EQ(fit.exit_code, 0) << fit.err;
         const auto test = tricoil("evaluate --json --calibration " + path("t.toml") + set("ld"));
         std::cout << stage << ": " << 1e3 * number(test, "position_rms_m") << " mm\n";
@@ -211,11 +211,11 @@ TEST_F(Stage, TheStageModelCostsNothingOnAnIdealStage) {
 }
 
 TEST_F(Stage, WrongErrorsOfTheStageAreRefused) {
-    ASSERT_EQ(tricoil("calibrate --out " + path("i.toml") + set("md")).exit_code, 0);
+    ASSERT_EQ(tricoil("calibrate stage --out " + path("i.toml") + set("md")).exit_code, 0);
     const std::string evaluate = "evaluate --calibration " + path("i.toml") + set("ld");
     expect_refused(tricoil(evaluate + " --stage-from " + path("i.toml")), "has no errors of the stage");
     expect_refused(tricoil(evaluate + " --stage-from " + path("nothing.toml")), "nothing.toml");
-    expect_refused(tricoil("calibrate --stage tuning --out " + path("x.toml") + set("md")), "did you mean 'turning'");
+    expect_refused(tricoil("calibrate stage --stage tuning --out " + path("x.toml") + set("md")), "did you mean 'turning'");
     std::string text = read_file(path("i.toml"));
     text.replace(text.find("turns_left_handed"), 0, "turning = [[30, 0, 0], [0, 30, 0], [0, 0, 30]]\n");  // in millimetres
     write("mm.toml", text);
@@ -228,7 +228,7 @@ TEST_F(Stage, BadLinesAreExcludedAndNamed) {
     const auto tab = lines[40].find('\t');
     lines[40] = "12.00000" + lines[40].substr(tab);  // a wrong stage position
     write("soYoutZup_seZinXdown_bad.dat", joined(lines));
-    const auto fit = tricoil("calibrate --json --out " + path("b.toml") + " " + path(sim::ilemt_name(0, "md")) + " " +
+    const auto fit = tricoil("calibrate stage --json --out " + path("b.toml") + " " + path(sim::ilemt_name(0, "md")) + " " +
                              path("soYoutZup_seZinXdown_bad.dat") + " " + path(sim::ilemt_name(2, "md")));
     ASSERT_EQ(fit.exit_code, 0) << fit.err;
     ASSERT_EQ(fit.json()["outliers"].size(), 1U) << fit.out;
@@ -242,17 +242,17 @@ TEST_F(Stage, GarbledInputNamesFileAndLine) {
     auto cut = lines;
     cut[7] = cut[7].substr(0, cut[7].size() / 2);
     write("cut.dat", joined(cut));
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("cut.dat")), "cut.dat:8: ");
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " " + path("cut.dat")), "cut.dat:8: ");
     auto garbled = lines;
     garbled[3].replace(garbled[3].find("i\t"), 1, "?");
     write("garbled.dat", joined(garbled));
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("garbled.dat")), "garbled.dat:4: ");
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("missing.dat")), "cannot be opened");
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " " + path("garbled.dat")), "garbled.dat:4: ");
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " " + path("missing.dat")), "cannot be opened");
     write("few.dat", joined({lines.begin(), lines.begin() + 10}));
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("few.dat")),
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " " + path("few.dat")),
                    "10 poses are too few to calibrate; at least 30 are needed");
     write("few.dat", joined({lines.begin(), lines.begin() + 29}));
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("few.dat")),
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " " + path("few.dat")),
                    "29 poses are too few to calibrate; at least 30 are needed");
     EXPECT_FALSE(fs::exists(path("x.toml")));
 }
@@ -271,9 +271,9 @@ TEST_F(Stage, DegeneratePosesAreRefused) {
         }
     }
     write("plane.dat", joined(plane) + joined(plane));  // twice: 27 poses are too few
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("plane.dat")), "plane");
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " " + path("plane.dat")), "plane");
     write("one_turn.dat", joined(one_turn) + joined(one_turn));
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("one_turn.dat")), "does not rotate");
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " " + path("one_turn.dat")), "does not rotate");
 }
 
 TEST_F(Stage, WrongNamesMixedSetsAndReversedCoilsAreReported) {
@@ -282,32 +282,34 @@ TEST_F(Stage, WrongNamesMixedSetsAndReversedCoilsAreReported) {
     // The file name states another fixture than the couplings show.
     write("soYoutZup_seZinYup_wrong.dat", joined(second));
     const std::string wrong = " " + path(sim::ilemt_name(0, "md")) + " " + path("soYoutZup_seZinYup_wrong.dat");
-    const auto warned = tricoil("calibrate --json --out " + path("w.toml") + wrong);
+    const auto warned = tricoil("calibrate stage --json --out " + path("w.toml") + wrong);
     ASSERT_EQ(warned.exit_code, 0) << warned.err;
     EXPECT_THAT(warned.json()["warnings"].dump(), HasSubstr("ZinYup"));
-    expect_refused(tricoil("calibrate --fixtures named --out " + path("x.toml") + wrong), "differs by");
+    expect_refused(tricoil("calibrate stage --fixtures named --out " + path("x.toml") + wrong), "differs by");
     // One of the files is from another tracker.
     const auto other = sim::make_triads(0.045, 3, 0.02, 123);
     write("soYoutZup_seZinXdown_other.dat", sim::ilemt_text(other, {}, 1));
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path(sim::ilemt_name(0, "md")) + " " +
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " " + path(sim::ilemt_name(0, "md")) + " " +
                            path("soYoutZup_seZinXdown_other.dat") + " " + path(sim::ilemt_name(2, "md"))),
                    "other");
     // One source coil reversed: all its couplings change their sign.
     auto reversed = *triads_;
     reversed.source[1].axis *= -1;
     write("soYoutZup_seYoutZup_reversed.dat", sim::ilemt_text(reversed, {}, 0));
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("soYoutZup_seYoutZup_reversed.dat")), "reversed");
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " " + path("soYoutZup_seYoutZup_reversed.dat")),
+                   "reversed");
     // An unknown fixture at evaluation.
-    ASSERT_EQ(tricoil("calibrate --out " + path("k.toml") + set("md")).exit_code, 0);
+    ASSERT_EQ(tricoil("calibrate stage --out " + path("k.toml") + set("md")).exit_code, 0);
     write("soYoutZup_seXupYin_ld.dat", joined(first));
     expect_refused(tricoil("evaluate --calibration " + path("k.toml") + " " + path("soYoutZup_seXupYin_ld.dat")), "XupYin");
     EXPECT_FALSE(fs::exists(path("x.toml")));
 }
 
 TEST_F(Stage, AnExistingCalibrationSurvivesAFailure) {
-    ASSERT_EQ(tricoil("calibrate --out " + path("keep.toml") + set("md")).exit_code, 0);
+    ASSERT_EQ(tricoil("calibrate stage --out " + path("keep.toml") + set("md")).exit_code, 0);
     const std::string before = read_file(path("keep.toml"));
-    expect_refused(tricoil("calibrate --out " + path("keep.toml") + " " + path(sim::ilemt_name(0, "md")) + " /dev/null"), "");
+    expect_refused(tricoil("calibrate stage --out " + path("keep.toml") + " " + path(sim::ilemt_name(0, "md")) + " /dev/null"),
+                   "");
     EXPECT_EQ(read_file(path("keep.toml")), before);
     // A damaged calibration is refused; the message names the file.
     std::string damaged = before;

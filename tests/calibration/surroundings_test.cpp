@@ -1,4 +1,4 @@
-// `tricoil calibrate --surroundings`: from a simulated grid above a table of metal to poses of a tracker.
+// `tricoil calibrate surroundings`: from a simulated grid above a table of metal to poses of a tracker.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ protected:
                                           "spacing_m = [0.11, 0.11, 0.11]\nrest_s = 0.09\n" +
                                               table.substr(table.find("[[metal]]")));
         simulate("--seed 5 --duration 5.76 --scenario " + between, "between");
-        const auto fit = tricoil("calibrate --json --model concentric --out " + path("coils.toml") + " " + data("clean"));
+        const auto fit = tricoil("calibrate stage --json --model concentric --out " + path("coils.toml") + " " + data("clean"));
         EXPECT_EQ(fit.exit_code, 0) << fit.err;
     }
 
@@ -65,8 +65,8 @@ protected:
         return lines;
     }
     static CliResult calibrate(const std::string& options) {
-        return tricoil("calibrate --surroundings --json --calibration " + path("coils.toml") + " --out " + path("room.toml") +
-                       " " + options);
+        return tricoil("calibrate surroundings --json --calibration " + path("coils.toml") + " --out " + path("room.toml") + " " +
+                       options);
     }
     static double error_m(const std::string& calibration, const std::string& options = "") {
         const auto test = tricoil("evaluate --json " + options + " --calibration " + path(calibration) + " " + data("between"));
@@ -187,7 +187,7 @@ TEST_F(Surroundings, AreUsedByEveryTracker) {
 
 TEST_F(Surroundings, AreFoundOnAPrintedGrid) {
     const std::string grid = write("grid.csv", printed_grid());
-    const auto fit = calibrate("--grid --spacing-mm 200 " + grid);
+    const auto fit = calibrate("--spacing-mm 200 " + grid);
     ASSERT_EQ(fit.exit_code, 0) << fit.err;
     const double without = error_m("coils.toml", "--refit-fixtures");
     const double with = error_m("room.toml", "--refit-fixtures");
@@ -201,12 +201,12 @@ TEST_F(Surroundings, AreFoundFromARecordingOfRests) {
     ASSERT_EQ(tricoil("run --scenario table --fidelity columns --record " + take).exit_code, 0);
     ASSERT_EQ(tricoil("convert " + take + " --to rests --out " + path("rests.csv")).exit_code, 0);
     expect_the_quadratures_of_the_grid(lines_of(path("rests.csv")));
-    const auto fit = calibrate("--grid --spacing-mm 200 --nodes 3,3,3 " + path("rests.csv"));
+    const auto fit = calibrate("--spacing-mm 200 --nodes 3,3,3 " + path("rests.csv"));
     ASSERT_EQ(fit.exit_code, 0) << fit.err;
     EXPECT_LT(error_m("room.toml", "--refit-fixtures"), 0.1 * error_m("coils.toml", "--refit-fixtures"));
     std::filesystem::remove(path("room.toml"));
-    expect_refused(calibrate("--grid --spacing-mm 200 " + path("rests.csv")), "--nodes C,R,L");
-    expect_refused(calibrate("--grid --spacing-mm 200 --nodes 3,3,2 " + path("rests.csv")), "27 rests do not fit 18 nodes");
+    expect_refused(calibrate("--spacing-mm 200 " + path("rests.csv")), "--nodes C,R,L");
+    expect_refused(calibrate("--spacing-mm 200 --nodes 3,3,2 " + path("rests.csv")), "27 rests do not fit 18 nodes");
 }
 
 /// Every kind of calibration estimates the phase of each coupling; couplings at rest also give the floor of the quadrature.
@@ -214,9 +214,9 @@ TEST_F(Surroundings, AndCoilsHaveThePhasesOfTheirCouplings) {
     const std::array<double, 9> phase_rad{0.001, -0.049, 0.047, 0.035, -0.004, 0.1, -0.018, -0.079, -0.001};
     const std::string grid = write("turned.csv", with_phases(printed_grid("clean", 0.05), phase_rad));
     const std::string stage = write("soYoutZup_seYoutZup_turned.csv", with_phases(read_file(data("clean")), phase_rad));
-    for (const std::string& kind : {"--grid --spacing-mm 50 " + grid, "--free-motion --coupling-constant 1 " + grid,
-                                    "--free-motion --coupling-constant 1 " + stage, "--model concentric " + stage}) {
-        const auto fit = tricoil("calibrate --json --out " + path("turned.toml") + " " + kind);
+    for (const std::string& kind : {"grid --spacing-mm 50 " + grid, "free-motion --coupling-constant 1 " + grid,
+                                    "free-motion --coupling-constant 1 " + stage, "stage --model concentric " + stage}) {
+        const auto fit = tricoil("calibrate " + kind + " --json --out " + path("turned.toml"));
         ASSERT_EQ(fit.exit_code, 0) << fit.err;
         const std::string text = read_file(path("turned.toml"));
         std::array<double, 9> found{};
@@ -228,7 +228,7 @@ TEST_F(Surroundings, AndCoilsHaveThePhasesOfTheirCouplings) {
         for (std::size_t k = 0; k < 9; ++k) {
             EXPECT_NEAR(found[k], phase_rad[k], 1e-4) << kind << ' ' << k;
         }
-        const bool is_moving = kind.starts_with("--free-motion");
+        const bool is_moving = kind.starts_with("free-motion");
         EXPECT_EQ(fit.json().contains("quadrature_floor"), !is_moving) << kind;
         EXPECT_LT(fit.json().value("quadrature_floor", 0.0), 1e-4) << kind;
     }
@@ -245,10 +245,11 @@ TEST_F(Surroundings, RefuseTooFewPosesAndDegenerateGrids) {
     simulate("--duration 2.5 --fault metal:0.5,0,-0.3,0.1 --scenario " + path("table.toml"), "flat");
     expect_refused(calibrate(data("flat")), "lie in one plane");
     expect_refused(calibrate(data("clean")), "no metal found");
-    expect_refused(calibrate("--grid " + data("grid")), "--spacing-mm");
-    expect_refused(calibrate("--affine " + data("grid")), "remove the other kind of calibration");
-    expect_refused(tricoil("calibrate --surroundings --out " + path("room.toml") + " " + data("grid")),
-                   "--calibration FILE.toml");
+    expect_refused(calibrate("--nodes 3,3,3 " + data("grid")), "--nodes requires --spacing-mm");
+    expect_refused(calibrate("--spacing-mm 50 --refit-fixtures " + data("grid")),
+                   "--refit-fixtures and --spacing-mm: the place of a grid is always estimated");
+    expect_refused(tricoil("calibrate surroundings --out " + path("room.toml") + " " + data("grid")),
+                   "--calibration is required");
     expect_refused(calibrate(path("coils.toml")), "header must");
     std::filesystem::copy_file(data("grid"), path("grid.csv"), std::filesystem::copy_options::overwrite_existing);
     expect_refused(calibrate(path("grid.csv")), "is not in the calibration; use --refit-fixtures");
@@ -275,10 +276,10 @@ TEST_F(Surroundings, RefuseAPoseThatDoesNotFitTheOthers) {
 
 TEST_F(Surroundings, KeepTheirCalibration) {
     const std::string before = read_file(path("coils.toml"));
-    const std::string command = "calibrate --surroundings --calibration " + path("coils.toml") + " " + data("grid") + " --out ";
+    const std::string command = "calibrate surroundings --calibration " + path("coils.toml") + " " + data("grid") + " --out ";
     expect_refused(tricoil(command + path("coils.toml")), "is also an input file");
     expect_refused(tricoil(command + path("room.toml") + " --blob " + path("coils.toml")), "is also an input file");
-    expect_refused(calibrate("--model finite " + data("grid")), "not with --surroundings");
+    expect_refused(calibrate("--model finite " + data("grid")), "--model is an option of tricoil calibrate stage");
     EXPECT_EQ(read_file(path("coils.toml")), before);
 }
 

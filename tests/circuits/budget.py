@@ -115,7 +115,7 @@ def _sensitivity():
 
 
 def of_frame(chain, range_m, mode, coil):
-    """3D RMS position error of one TDM frame by cause, mm: (cause, calibrated with --converters, calibrated without). The rests of
+    """3D RMS position error of one TDM frame by cause, mm: (cause, calibrated with calibrate converters, calibrated without). The rests of
     the calibration cover all ranges."""
     s = _sensitivity()
     hz, window = round(float(mode["f1_hz"])), float(mode["window_s"])

@@ -1,4 +1,4 @@
-"""Amplitude error of a carrier due to the integral non-linearity of a converter, before and after `tricoil calibrate --converters`."""
+"""Amplitude error of a carrier due to the integral non-linearity of a converter, before and after `tricoil calibrate converters`."""
 import math
 import random
 

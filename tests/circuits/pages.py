@@ -19,7 +19,7 @@ def _table(head, rows):
 
 def ranges(r):
     head = ["range, m", "field, nT", "sensor coil, uV", "drive", "gain", "converter, V", "SNR, dB", "noise, mm", "all causes, mm",
-            "without --converters, mm"]
+            "without calibrate converters, mm"]
     return _table(head, [[f"{cm / 100:.2f}", f"{1e9 * r[f'range.field_{cm}_t']:.1f}", f"{1e6 * r[f'range.coil_{cm}_v']:.0f}",
                           f"1/{1 / r[f'range.drive_{cm}']:.0f}", f"{r[f'range.gain_{cm}']:.0f}", f"{r[f'range.converter_{cm}_v']:.2f}",
                           f"{r[f'range.snr_{cm}_db']:.1f}", *(f"{r[f'budget.{what}_{cm}_mm']:.2f}" for what in ("noise", "total", "plain"))]
@@ -49,7 +49,7 @@ def causes(r):
     names = [name[len("cause."):] for name in r if name.startswith("cause.")]
     rows = [[name, f"{r['cause.' + name]:.3f}", f"{r['plain.' + name]:.3f}"] for name in names]
     rows.append(["**all together**", f"**{r['budget.total_75_mm']:.3f}**", f"**{r['budget.plain_75_mm']:.3f}**"])
-    return _table(["cause", "with --converters, mm", "without --converters, mm"], rows)
+    return _table(["cause", "with calibrate converters, mm", "without calibrate converters, mm"], rows)
 
 
 def coils(r):

@@ -89,7 +89,7 @@ TEST(DualBand, TheRatioOfTheBandsIsCalibrated) {
     run("--scenario still --tracker dual-band --record " + rest);
     const std::string both = path_in_temp("both.toml");
     const CliResult fit =
-        tricoil("calibrate --json --low-band --calibration " + coils("coils.toml") + " --out " + both + " " + take + " " + rest);
+        tricoil("calibrate low-band --json --calibration " + coils("coils.toml") + " --out " + both + " " + take + " " + rest);
     ASSERT_EQ(fit.exit_code, 0) << fit.err;
     EXPECT_GT(fit.json()["columns"], 2000);
     const double sigma = fit.json()["ratio_sigma"].get<double>();
@@ -117,8 +117,8 @@ TEST(DualBand, TheQuadratureByMotionIsCalibrated) {
     std::filesystem::remove_all(take);
     ASSERT_EQ(tricoil("run --mux dual-band --duration 6 --record " + take).exit_code, 0);
     const auto lag_with = [&](const std::string& calibration) {
-        const CliResult fit = tricoil("calibrate --json --low-band --calibration " + calibration + " --out " +
-                                      path_in_temp("lag.toml") + " " + take);
+        const CliResult fit =
+            tricoil("calibrate low-band --json --calibration " + calibration + " --out " + path_in_temp("lag.toml") + " " + take);
         EXPECT_EQ(fit.exit_code, 0) << fit.err;
         return fit.json()["motion_lag_s"].get<std::array<std::array<double, 3>, 3>>();
     };
@@ -147,10 +147,11 @@ TEST(DualBand, UnsuitableOptionsAreRefused) {
         {"run --mux dual-band --rate-hz 480", "fewer than two cycles of a low carrier per window"},
         {"run --mux dual-band --tracker fixed-direct", "integer trackers use one band"},
         {"replay " + take + " --tracker dual-band", "has no columns of two bands"},
-        {"calibrate --low-band --out x.toml " + take, "--low-band needs --calibration FILE.toml"},
-        {"calibrate --low-band --calibration " + coils("coils.toml") + " --out x.toml " + take, "has no columns of two bands"},
-        {"calibrate --low-band --grid --spacing-mm 50 --calibration " + coils("coils.toml") + " --out x.toml " + take,
-         "remove the other options"},
+        {"calibrate low-band --out x.toml " + take, "--calibration is required"},
+        {"calibrate low-band --calibration " + coils("coils.toml") + " --out x.toml " + take, "has no columns of two bands"},
+        {"calibrate low-band --spacing-mm 50 --calibration " + coils("coils.toml") + " --out x.toml " + take,
+         "--spacing-mm is an option of tricoil calibrate grid, tricoil calibrate surroundings, not of tricoil calibrate "
+         "low-band"},
         {"run --mux dual-band --tracker dual-band --calibration " +
              coils("no_floor.toml", "[couplings]\nlow_band_quadrature_floor = 2\n"),
          "their quadrature floor a share of 0 to 1"},

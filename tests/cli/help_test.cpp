@@ -13,19 +13,22 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Names of the commands of the overview.
-std::vector<std::string> command_names() {
+/// Names of the commands in a help.
+std::vector<std::string> names_in(const std::string& help) {
     std::vector<std::string> names;
-    std::istringstream lines(tricoil("--help").out);
+    std::istringstream lines(help);
     for (std::string line; std::getline(lines, line);) {
-        const auto end = line.find_first_not_of("abcdefghijklmnopqrstuvwxyz", 2);
+        const auto end = line.find_first_not_of("abcdefghijklmnopqrstuvwxyz-", 2);
         const auto text = line.find_first_not_of(' ', end);
-        if (line.starts_with("  ") && end > 2 && text > end && text < line.size() && std::isupper(line[text]) != 0) {
+        if (line.starts_with("  ") && line[2] != '-' && end > 2 && text > end && text < line.size() &&
+            std::isupper(line[text]) != 0) {
             names.push_back(line.substr(2, end - 2));
         }
     }
     return names;
 }
+
+std::vector<std::string> command_names() { return names_in(tricoil("--help").out); }
 
 std::vector<std::string> options_in(const std::string& help) {
     std::vector<std::string> options;
@@ -65,6 +68,16 @@ TEST(Help, EveryCommandHasExamples) {
         EXPECT_EQ(help.out, tricoil(name + " --wrong --help").out) << name;
         EXPECT_THAT(help.out, HasSubstr("\nExamples:\n  # ")) << name;
         EXPECT_THAT(help.out, HasSubstr("\n  tricoil " + name)) << name;
+    }
+}
+
+TEST(Help, EverySubcommandHasItsOwnExamples) {
+    for (const std::string command : {"calibrate", "device"}) {
+        for (const std::string& name : names_in(tricoil(command + " --help").out)) {
+            const std::string help = tricoil(command + " " + name + " --help").out;
+            EXPECT_THAT(help, HasSubstr("\n  tricoil " + command + " " + name)) << help;
+            EXPECT_THAT(help, Not(HasSubstr("tricoil serve"))) << help;
+        }
     }
 }
 

@@ -66,8 +66,8 @@ TEST(Limits, KeysOfManyParts) {
 
 TEST(Limits, InputWithoutAnEnd) {
     for (const char* command : {"run --trajectory /dev/zero", "demodulate /dev/zero --carrier-hz 1e4 --rate-hz 2e5",
-                                "evaluate --calibration /dev/zero x.csv", "calibrate --model concentric --out x.toml /dev/zero",
-                                "run --config /dev/zero"}) {
+                                "evaluate --calibration /dev/zero x.csv",
+                                "calibrate stage --model concentric --out x.toml /dev/zero", "run --config /dev/zero"}) {
         expect_refused(command, "/dev/zero");
     }
 }

@@ -1,4 +1,4 @@
-// `tricoil calibrate --pivot`, and `--tip` with its result.
+// `tricoil calibrate pivot`, and `--tip` with its result.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ protected:
                       .exit_code,
                   0);
         ASSERT_EQ(tricoil("convert " + kTake + " --to jsonl --out " + kJsonl).exit_code, 0);
-        const auto r = tricoil("calibrate --pivot " + kTake + " --out " + kTip);
+        const auto r = tricoil("calibrate pivot " + kTake + " --out " + kTip);
         ASSERT_EQ(r.exit_code, 0) << r.err;
     }
     static inline const std::string kTake = path_in_temp("pointer_take");
@@ -40,7 +40,7 @@ protected:
 
 TEST_F(Pointer, TipIsThatOfTheScenarioFromEveryKindOfFile) {
     for (const std::string& poses : {kTake, kCsv, kJsonl}) {
-        const auto r = tricoil("calibrate --json --pivot " + poses).json();
+        const auto r = tricoil("calibrate pivot --json " + poses).json();
         const double x = r["tip_m"][0].get<double>() - 0.15;
         const double y = r["tip_m"][1];
         const double z = r["tip_m"][2].get<double>() - 0.02;
@@ -86,12 +86,12 @@ TEST_F(Pointer, MotionThatDoesNotDetermineTheTipIsRefused) {
         const std::string scenario =
             write_file("tilt.toml", "duration_s = 5\n[motion]\nkind = \"pivot\"\ntilt_deg = " + tilt + "\n");
         ASSERT_EQ(tricoil("run --scenario " + scenario + " --out " + poses).exit_code, 0);
-        expect_pivot_refused("calibrate --pivot " + poses + " --out " + out, what);
+        expect_pivot_refused("calibrate pivot " + poses + " --out " + out, what);
     };
     refuse("[0, 0, 30]", "about one axis only (");
     refuse("[1, 1, 1]", "tilt the pointer to all sides");
     ASSERT_EQ(tricoil("run --scenario hand --duration 5 --out " + poses).exit_code, 0);
-    expect_pivot_refused("calibrate --pivot " + poses + " --out " + out, "the tip is not at rest");
+    expect_pivot_refused("calibrate pivot " + poses + " --out " + out, "the tip is not at rest");
     EXPECT_FALSE(fs::exists(out));
 }
 
@@ -100,7 +100,7 @@ TEST_F(Pointer, FilesWithoutPosesAreNamed) {
     const std::string good = "0,1,0,0,0,1,0,0,0,1,1,1,1,1,1\n";
     const auto refuse = [](const std::string& text, const std::string& what) {
         const std::string path = write_file("poses.txt", text);
-        expect_pivot_refused("calibrate --pivot " + path, path + what);
+        expect_pivot_refused("calibrate pivot " + path, path + what);
     };
     refuse("x_mm,y_mm\n1,2\n", ":1: no column x_m");
     refuse(head + "0,1,0\n", ":2: 3 fields; the header has 15");
@@ -113,11 +113,11 @@ TEST_F(Pointer, FilesWithoutPosesAreNamed) {
     refuse(head + good, ": 1 valid poses; at least 10");
     refuse("{\"position_m\": [1, 2]}\n", ":1: 'position_m' must be a list of 3 numbers");
     refuse("{\n", ":1: is not a line of JSON");
-    expect_pivot_refused("calibrate --pivot " + kCsv + " --sensor 2", "has no poses of sensor 2");
-    expect_pivot_refused("calibrate --pivot /nowhere", "/nowhere");
-    expect_pivot_refused("calibrate --pivot " + kCsv + " " + kCsv, "--pivot takes one file");
-    expect_pivot_refused("calibrate --pivot --grid " + kCsv, "choose one of");
-    expect_pivot_refused("calibrate --sensor 1 --out x.toml " + kCsv, "--sensor: only with --pivot");
+    expect_pivot_refused("calibrate pivot " + kCsv + " --sensor 2", "has no poses of sensor 2");
+    expect_pivot_refused("calibrate pivot /nowhere", "/nowhere");
+    expect_pivot_refused("calibrate pivot " + kCsv + " " + kCsv, "DATA is given 2 times; give it once");
+    expect_pivot_refused("calibrate pivot --spacing-mm 5 " + kCsv, "is an option of tricoil calibrate grid");
+    expect_pivot_refused("calibrate stage --sensor 1 --out x.toml " + kCsv, "is an option of tricoil calibrate pivot");
 }
 
 TEST_F(Pointer, InvalidTipsAreNamed) {

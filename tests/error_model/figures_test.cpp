@@ -181,6 +181,8 @@ TEST_F(Folder, FiguresWriteTheirNumbers) {
         EXPECT_GT(fs::file_size(out / (std::string(name) + ".csv")), 60'000U) << name;
     }
     EXPECT_TRUE(fs::exists(out / "budget.csv"));
+    EXPECT_NE(answer.output.find("/fig1.csv\n"), std::string::npos) << answer.output;
+    EXPECT_EQ(answer.output.find(".svg"), std::string::npos) << answer.output;
     // Strong skin effect (Landau and Lifshitz, Electrodynamics of Continuous Media, section 59): -(1 - 3 delta / 2 a) in phase.
     // Copper, 0.1 MHz: delta = 0.206 mm; a = 20 mm.
     const std::string response = text_of(out / "metal_response.csv");

@@ -76,7 +76,7 @@ protected:
         poses_ = write_file("sOx_sEx.csv", pose_table());
         capture_ = write_file("capture.csv", capture_text());
         calibration_ = path_in_temp("calibration.toml");
-        const auto fitted = tricoil("calibrate --model concentric --out " + calibration_ + " " + poses_);
+        const auto fitted = tricoil("calibrate stage --model concentric --out " + calibration_ + " " + poses_);
         ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
     }
 
@@ -130,7 +130,7 @@ protected:
 
 TEST_F(Faults, AFailedReadIsNotTheEndOfAFile) {
     const std::vector<std::pair<std::string, std::string>> commands{
-        {"calibrate --model concentric --out " + out_ + " " + poses_, poses_},
+        {"calibrate stage --model concentric --out " + out_ + " " + poses_, poses_},
         {"evaluate --calibration " + calibration_ + " " + poses_, poses_},
         {"evaluate --calibration " + calibration_ + " " + poses_, calibration_},
         {"convert " + recording_ + " --out " + out_, recording_ + "/poses.csv"},
@@ -163,7 +163,7 @@ TEST_F(Faults, OutputFileIsCompleteOrAbsent) {
         "run --scenario still --duration 1 --json --out ",
         "convert " + recording_ + " --out ",
         "replay " + recording_ + " --out ",
-        "calibrate --model concentric " + poses_ + " --out ",
+        "calibrate stage --model concentric " + poses_ + " --out ",
         "protocol --dbc ",
     };
     for (const std::string& command : commands) {

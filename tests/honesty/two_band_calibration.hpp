@@ -1,4 +1,4 @@
-// Calibration of simulated ideal coils in two bands, made from a run without metal as `calibrate --low-band` does.
+// Calibration of simulated ideal coils in two bands, made from a run without metal as `calibrate low-band` does.
 #pragma once
 
 #include "board/host/calibration/motion_lag.hpp"

@@ -141,7 +141,8 @@ inline host::PoseFile means_of(const RestFrames& frames, const std::vector<sim::
     return file;
 }
 
-/// The calibration of `tricoil calibrate --model concentric` from rests at random poses at 0.28 to 1.22 m, without metal; with
+/// The calibration of `tricoil calibrate stage --model concentric` from rests at random poses at 0.28 to 1.22 m, without metal;
+/// with
 /// --converters in TDM.
 inline host::CalibrationFile calibrate(const virtual_board::BoardCircuit& circuit, protocol::ModeRequest mode, std::uint64_t seed,
                                        int rests) {

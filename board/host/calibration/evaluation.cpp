@@ -129,26 +129,6 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
     return errors;
 }
 
-void fit_output_correction(CalibrationFile& calibration, const std::vector<EvaluatedPose>& errors) {
-    std::vector<double> sizes;
-    for (const EvaluatedPose& e : errors) {
-        sizes.push_back(e.error_m.norm());
-    }
-    const double limit = 5 * median(sizes) + 1e-9;
-    Eigen::MatrixXd features(errors.size(), 4);
-    Eigen::MatrixXd wanted(errors.size(), 3);
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-        const auto row = static_cast<Index>(i);
-        const double weight = sizes[i] < limit && errors[i].converged ? 1 : 0;
-        const Vec3<double> measured = errors[i].truth_m + errors[i].error_m;
-        features.row(row) << weight * eigen(measured).transpose(), weight;
-        wanted.row(row) = -weight * eigen(errors[i].error_m).transpose();
-    }
-    const Eigen::MatrixXd solution = least_squares(features, wanted);
-    calibration.calibration.output_linear = Mat3<double>::Identity() + Mat3<double>(solution.topRows<3>().transpose());
-    calibration.calibration.output_offset_m = solution.row(3).transpose();
-}
-
 namespace {
 
 /// One Gauss-Newton step that changes the transforms of all fixtures, and a free scale, so that the pose errors decrease.

@@ -32,8 +32,4 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
 CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                        EvaluationSolver solver);
 
-/// Fits the affine map (near identity) from the tracker's positions to the stage's. Outliers and poses that did not converge have
-/// no weight.
-void fit_output_correction(CalibrationFile& calibration, const std::vector<EvaluatedPose>& errors);
-
 }  // namespace tricoil::host

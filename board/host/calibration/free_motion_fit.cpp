@@ -107,7 +107,7 @@ private:
             if (!s.ok() || !s->right_handed) {
                 throw InputError(
                     fmt::format("column frame {}: the couplings are left-handed or degenerate; correct the wiring or the signs "
-                                "(tricoil calibrate --wiring)",
+                                "(tricoil calibrate wiring)",
                                 poses_.size() + 1));
             }
             const double side = s->direction.dot(hemisphere_) < 0 ? -1 : 1;

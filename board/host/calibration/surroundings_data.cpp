@@ -58,7 +58,7 @@ SurroundingsData data_at_unknown_fixtures(const CalibrationFile& coils, std::vec
     for (const PoseFile& file : files) {
         if (source_fixture_name(file) != source_name || sensor_fixture_name(file) != mount_name) {
             throw InputError(file.path + ": has other fixtures than " + files.front().path +
-                             "; --refit-fixtures with --surroundings takes files of one source and one sensor fixture");
+                             "; --refit-fixtures takes files of one source and one sensor fixture");
         }
     }
     const CalibrationFile start = with_refitted_fixtures(coils, files, EvaluationSolver::refined);

@@ -14,6 +14,14 @@
 namespace tricoil::host {
 namespace {
 
+struct FreeMotionCommand {
+    CalibrationFiles files;
+    FitModel model = FitModel::concentric;
+    double column_skew = 0;                   // see deskewed()
+    std::optional<double> coupling_constant;  // gives the scale of all lengths
+    std::optional<Vec3<double>> hemisphere;   // default: +x
+};
+
 constexpr std::size_t kLeftHandedShare = 10;  // one column frame in ten may be left-handed
 
 /// Column frames, or the couplings of poses of a stage.
@@ -45,9 +53,9 @@ void remove_left_handed(const std::string& path, std::vector<CouplingFrame>& fra
     const std::size_t all = frames.size();
     const std::size_t removed = std::erase_if(frames, [](const CouplingFrame& frame) { return frame.x.determinant() <= 0; });
     if (kLeftHandedShare * removed > all) {
-        throw InputError(fmt::format(
-            "{}: {} of {} column frames are left-handed; correct the wiring or the signs (tricoil calibrate --wiring)", path,
-            removed, all));
+        throw InputError(
+            fmt::format("{}: {} of {} column frames are left-handed; correct the wiring or the signs (tricoil calibrate wiring)",
+                        path, removed, all));
     }
     if (removed > 0) {
         warnings.push_back(fmt::format("{}: {} of {} column frames are left-handed, not used", path, removed, all));
@@ -55,8 +63,10 @@ void remove_left_handed(const std::string& path, std::vector<CouplingFrame>& fra
 }
 
 /// Positions and sizes of the coils, in addition to the gains.
-void fit_coils(const FreeMotionCommand& command, const std::vector<Mat3<double>>& frames, CalibrationFile& file, Json& result,
-               std::vector<std::string>& warnings) {
+void fit_coils(const FreeMotionCommand& command, const std::vector<Mat3<double>>& frames, CalibrationFile& file,
+               CalibrationReport& report) {
+    Json& result = report.json;
+    std::vector<std::string>& warnings = report.warnings;
     Progress progress("calibrate");
     const Vec3<double> hemisphere = command.hemisphere.value_or(Vec3<double>::UnitX());
     const FreeMotionFit found =
@@ -66,7 +76,7 @@ void fit_coils(const FreeMotionCommand& command, const std::vector<Mat3<double>>
     file.calibration.hemisphere = hemisphere.stableNormalized();
     if (!command.coupling_constant) {
         warnings.emplace_back(
-            "all lengths are for a coupling constant of 1; give --coupling-constant, or calibrate with --grid or a stage");
+            "all lengths are for a coupling constant of 1; give --coupling-constant, or calibrate on a grid or a stage");
     }
     file.calibration.misfit_floor = misfit_floor_of(found.misfit_shares, found.outliers);
     file.residual_rms = found.coils.residual_rms;
@@ -77,8 +87,6 @@ void fit_coils(const FreeMotionCommand& command, const std::vector<Mat3<double>>
     result["position_error_share"] = found.position_error_share;
     result["parameters"] = parameters_json(found.coils);
 }
-
-}  // namespace
 
 std::string free_motion_text(const Json& r) {
     std::string text =
@@ -106,19 +114,36 @@ std::string free_motion_text(const Json& r) {
     return text + fill(r, "  {not_observable}\n");
 }
 
-CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& result, std::vector<std::string>& warnings) {
+void check_usage(const FreeMotionCommand& c) {
+    if (c.coupling_constant && !(*c.coupling_constant >= 1e-12 && *c.coupling_constant <= 1e12)) {
+        throw InputError(fmt::format("--coupling-constant must lie between 1e-12 and 1e12; got {}", *c.coupling_constant));
+    }
+    if (!c.coupling_constant && !c.files.blob.empty()) {
+        throw InputError(
+            "--blob needs --coupling-constant: all positions of a tracker follow from it, and free motion does not determine it");
+    }
+    if (!(std::abs(c.column_skew) < 1)) {
+        throw InputError(fmt::format("--column-skew must lie between -1 and 1 frames; got {}", c.column_skew));
+    }
+}
+
+CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, CalibrationReport& report) {
+    check_usage(command);
+    Json& result = report.json;
+    std::vector<std::string>& warnings = report.warnings;
+    const signal::ConverterErrors stored = stored_converters(command.files);
     CalibrationFile file;
     LevelCount levels;
-    auto couplings = read_all(command.data, [&](const std::string& path) {
+    auto couplings = read_all(command.files.data, [&](const std::string& path) {
         std::vector<CouplingFrame> one = read_couplings(path, command.column_skew);
-        levels += correct_converters(one, command.stored_converters);
+        levels += correct_converters(one, stored);
         if (command.column_skew != 0) {
             one = deskewed_couplings(one, command.column_skew);
         }
         remove_left_handed(path, one, warnings);
         return one;
     });
-    refuse_mixed_levels(levels, command.stored_converters);
+    refuse_mixed_levels(levels, stored);
     file.calibration.phase_rad = remove_own_phases(couplings);
     const std::vector<Mat3<double>> frames = in_phase_of(couplings);
     const SelfCalibration found = self_calibrate(frames);
@@ -144,13 +169,36 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& re
     const double coupling_constant = command.coupling_constant.value_or(1);
     file.model = command.coupling_constant ? to_string(command.model) : kFreeMotionModel;
     file.residual_rms = found.misfit_after;
+    file.calibration.converters = stored;
     file.calibration.model.source_moment = coupling_constant * found.source;
     file.calibration.model.sensor_sensitivity = found.sensor;
     file.calibration.hemisphere = command.hemisphere.value_or(Vec3<double>::Zero()).stableNormalized();
     if (command.model != FitModel::concentric) {
-        fit_coils(command, frames, file, result, warnings);
+        fit_coils(command, frames, file, report);
     }
     return file;  // with an unknown quadrature floor, because motion causes quadratures too
+}
+
+}  // namespace
+
+void add_free_motion_calibration(CLI::App* calibrate, Action& action) {
+    auto c = std::make_shared<FreeMotionCommand>();
+    CLI::App* const kind = add_kind(calibrate, "free-motion", "Coils from any motion, without ground truth", c->files,
+                                    "Couplings of column frames (CSV), or at stage poses");
+    add_model(kind, c->model);
+    kind->add_option("--coupling-constant", c->coupling_constant,
+                     "Coupling constant C, mean moment of the source coils (coupling units times m^3); the scale of all lengths, "
+                     "which free motion does not determine (default 1)");
+    kind->add_option("--column-skew", c->column_skew,
+                     "Time between columns, in frame periods (1/3 for TDM); columns are deskewed");
+    add_hemisphere(kind, c->hemisphere);
+    add_converters_from(kind, c->files);
+    add_out(kind, c->files);
+    add_blob(kind, c->files);
+    set_examples(kind, {{"gains and angles without ground truth", "tricoil calibrate free-motion --out gains.toml motion.csv"},
+                        {"also positions and sizes of the coils, with a known coupling constant",
+                         "tricoil calibrate free-motion --model finite --coupling-constant 2.5e-3 --out coils.toml motion.csv"}});
+    set_fit(kind, action, c, calibrate_free_motion, free_motion_text);
 }
 
 }  // namespace tricoil::host

@@ -6,6 +6,15 @@
 #include "board/support/json_rows.hpp"
 
 namespace tricoil::host {
+namespace {
+
+struct GridCommand {
+    CalibrationFiles files;
+    FitModel model = FitModel::concentric;
+    std::optional<double> spacing_mm;        // required
+    std::optional<GridSize> nodes;           // if the data are rests
+    std::optional<Vec3<double>> hemisphere;  // default: +x
+};
 
 std::string grid_text(const Json& r) {
     std::string text =
@@ -24,11 +33,14 @@ std::string grid_text(const Json& r) {
     return text + parameters_text(r["parameters"]);
 }
 
-CalibrationFile calibrate_grid(const GridCommand& command, Json& result, std::vector<std::string>& warnings) {
-    auto frames = read_grids(command.data, command.nodes);
-    const LevelCount levels = correct_converters(frames, command.stored_converters);
+CalibrationFile calibrate_grid(const GridCommand& command, CalibrationReport& report) {
+    Json& result = report.json;
+    const signal::ConverterErrors stored = stored_converters(command.files);
+    const Vec3<double> hemisphere = command.hemisphere.value_or(Vec3<double>::UnitX());
+    auto frames = read_grids(command.files.data, command.nodes);
+    const LevelCount levels = correct_converters(frames, stored);
     const Mat3<double> phase_rad = remove_own_phases(frames);
-    const GridCalibration found = calibrate_on_grid(frames, command.spacing_m, command.hemisphere, command.model);
+    const GridCalibration found = calibrate_on_grid(frames, 1e-3 * command.spacing_mm.value(), hemisphere, command.model);
     result = {{"frames", frames.size()},
               {"unknown_levels", levels.unknown},
               {"position_rms_m", found.position_rms_m},
@@ -47,16 +59,35 @@ CalibrationFile calibrate_grid(const GridCommand& command, Json& result, std::ve
         result["position_error_share"] = found.position_error_share;
         result["outliers"] = found.outliers;
     }
-    warnings.insert(warnings.end(), found.coils.warnings.begin(), found.coils.warnings.end());
+    report.warnings.insert(report.warnings.end(), found.coils.warnings.begin(), found.coils.warnings.end());
     CalibrationFile file;
     file.model = "grid";
     file.residual_rms = found.misfit_after;
     file.calibration.model = found.coils.model;
+    file.calibration.converters = stored;
     file.calibration.misfit_floor = found.misfit_floor;
     file.calibration.phase_rad = phase_rad;
     file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, frames));
-    file.calibration.hemisphere = command.hemisphere.stableNormalized();
+    file.calibration.hemisphere = hemisphere.stableNormalized();
     return file;
+}
+
+}  // namespace
+
+void add_grid_calibration(CLI::App* calibrate, Action& action) {
+    auto c = std::make_shared<GridCommand>();
+    CLI::App* const kind = add_kind(calibrate, "grid", "Coils from a sensor on the nodes of a printed grid, in many attitudes",
+                                    c->files, "Couplings of grid nodes (CSV), or rests of a recording with --nodes");
+    add_model(kind, c->model);
+    add_spacing(kind, c->spacing_mm)->required();
+    add_nodes(kind, c->nodes);
+    add_hemisphere(kind, c->hemisphere);
+    add_converters_from(kind, c->files);
+    add_out(kind, c->files);
+    add_blob(kind, c->files);
+    set_examples(kind, {{"sensor placed by hand on a printed grid",
+                         "tricoil calibrate grid --spacing-mm 50 --out by_hand.toml grid.csv"}});
+    set_fit(kind, action, c, calibrate_grid, grid_text);
 }
 
 }  // namespace tricoil::host

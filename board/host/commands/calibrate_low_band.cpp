@@ -18,6 +18,10 @@
 namespace tricoil::host {
 namespace {
 
+struct LowBandCommand {
+    CalibrationFiles files;
+};
+
 /// What the recordings give.
 struct Bands {
     BandRatio ratio;
@@ -133,11 +137,10 @@ void refuse_undetermined(const Mat3<double>& sigma) {
     }
 }
 
-}  // namespace
-
-CalibrationFile calibrate_low_band(const std::string& calibration, const std::vector<std::string>& recordings, Json& result) {
-    CalibrationFile file = read_calibration(calibration);
-    const auto [bands, lag] = bands_of(recordings, file.calibration);
+CalibrationFile calibrate_low_band(const LowBandCommand& command, CalibrationReport& report) {
+    Json& result = report.json;
+    CalibrationFile file = read_calibration(command.files.calibration);
+    const auto [bands, lag] = bands_of(command.files.data, file.calibration);
     const Mat3<double> sigma = bands.sigma();
     refuse_undetermined(sigma);
     auto& low_band = file.calibration.low_band;
@@ -172,6 +175,21 @@ std::string low_band_text(const Json& result) {
            (result.contains("motion_lag_s")
                 ? fill(result, "quadrature by motion, standard deviation {motion_lag_sigma_s:.2g} s\n")
                 : "quadrature by motion: unknown; move and turn the sensor faster, near the source\n");
+}
+
+}  // namespace
+
+void add_low_band_calibration(CLI::App* calibrate, Action& action) {
+    auto c = std::make_shared<LowBandCommand>();
+    CLI::App* const kind = add_kind(
+        calibrate, "low-band", "Ratio of the low to the high band of each coupling, and phases of the low band", c->files,
+        "Recordings in two bands, without metal, with the sensor turned about all its axes, and at rest for the phases");
+    add_coils(kind, c->files);
+    add_out(kind, c->files);
+    set_examples(kind, {{"a recording in two bands, without metal", "tricoil run --mux dual-band --record turned"},
+                        {"the ratio of both bands, from that recording",
+                         "tricoil calibrate low-band --calibration cal.toml --out both.toml turned"}});
+    set_fit(kind, action, c, calibrate_low_band, low_band_text);
 }
 
 }  // namespace tricoil::host

@@ -14,6 +14,14 @@
 namespace tricoil::host {
 namespace {
 
+struct StageCommand {
+    CalibrationFiles files;
+    FitModel model = FitModel::general;
+    FixtureModel fixtures = FixtureModel::free;
+    StageModel stage = StageModel::ideal;
+    bool converters = false;  // also the errors of the board's converters
+};
+
 Vec3<double> mean_direction(const std::vector<PoseFile>& files, const CalibrationFit& fit) {
     Vec3<double> sum = Vec3<double>::Zero();
     for (const PoseFile& file : files) {
@@ -25,7 +33,8 @@ Vec3<double> mean_direction(const std::vector<PoseFile>& files, const Calibratio
     return sum.normalized();
 }
 
-void describe_fit(const CalibrationFit& fit, const StageCommand& command, Json& result, std::vector<std::string>& warnings) {
+void describe_fit(const CalibrationFit& fit, const StageCommand& command, CalibrationReport& report) {
+    Json& result = report.json;
     result["poses"] = fit.poses;
     result["model"] = to_string(command.model);
     result["fixtures"] = to_string(command.fixtures);
@@ -42,15 +51,13 @@ void describe_fit(const CalibrationFit& fit, const StageCommand& command, Json& 
     result["residual_rms_by_file"] = fit.residual_rms_by_file;
     result["outliers"] = fit.outliers;
     for (const std::string& place : fit.outliers) {
-        warnings.push_back(place + ": outlier, not used");
+        report.warnings.push_back(place + ": outlier, not used");
     }
-    warnings.insert(warnings.end(), fit.warnings.begin(), fit.warnings.end());
+    report.warnings.insert(report.warnings.end(), fit.warnings.begin(), fit.warnings.end());
     if (fit.stage_turns_left_handed) {
-        warnings.emplace_back("the stage counts angles in the left-handed sense; its rotations are inverted");
+        report.warnings.emplace_back("the stage counts angles in the left-handed sense; its rotations are inverted");
     }
 }
-
-}  // namespace
 
 std::string stage_text(const Json& r) {
     std::string text =
@@ -69,18 +76,18 @@ std::string stage_text(const Json& r) {
         text += fill(r["converters"],
                      "  converters: non-linearity {non_linearity_lsb:.2f} LSB, gain steps {gain_error in %:.3f} % RMS\n");
     }
-    return text + (r.contains("affine_position_rms_m")
-                       ? fill(r, "  affine output correction: {affine_position_rms_m in mm:.4f} mm RMS on the same poses\n")
-                       : "");
+    return text;
 }
 
-CalibrationFile calibrate_on_stage(const StageCommand& command, Json& result, std::vector<std::string>& warnings) {
+CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationReport& report) {
+    Json& result = report.json;
+    const signal::ConverterErrors stored = stored_converters(command.files);
     FitOptions options;
     options.model = command.model;
     options.fixtures = command.fixtures;
     options.stage = command.stage;
-    auto files = read_pose_files(command.data);
-    result["unknown_levels"] = correct_converters(files, command.stored_converters).unknown;
+    auto files = read_pose_files(command.files.data);
+    result["unknown_levels"] = correct_converters(files, stored).unknown;
     const Mat3<double> phase_rad = remove_own_phases(files);
     Progress progress("calibrate");
     options.progress = progress.part(0, 1);
@@ -92,9 +99,9 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, Json& result, st
         converters.coils = fit_calibration(files, options);
     }
     const CalibrationFit& fit = converters.coils;
-    describe_fit(fit, command, result, warnings);
+    describe_fit(fit, command, report);
     CalibrationFile file;
-    file.calibration.converters = converters.errors;
+    file.calibration.converters = command.converters ? converters.errors : stored;
     file.calibration.model = fit.model;
     file.model = to_string(options.model);
     file.source_stage = fit.source_stage;
@@ -114,11 +121,39 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, Json& result, st
     result["position_p95_m"] = all.position_m.p95;
     result["orientation_rms_deg"] = all.orientation_deg.rms;
     result["orientation_p95_deg"] = all.orientation_deg.p95;
-    if (command.affine) {
-        fit_output_correction(file, errors);
-        result["affine_position_rms_m"] = error_band(evaluate(file, files, solver)).position_m.rms;
-    }
     return file;
+}
+
+void add_kind_on_stage(CLI::App* kind, const std::shared_ptr<StageCommand>& c, Action& action) {
+    add_model(kind, c->model);
+    add_named(kind, "--fixtures", c->fixtures, {to_string(FixtureModel::free), to_string(FixtureModel::named)},
+              "Estimate the rotation of each sensor fixture (free), or take it from the fixture's name (named)");
+    add_named(kind, "--stage", c->stage, {"ideal", "turning", "room"},
+              "Errors of the stage to estimate: none (ideal), linear in the position in the turning frame (turning), also linear "
+              "in the position in the room, and a uniform stray field (room)");
+    add_out(kind, c->files);
+    add_blob(kind, c->files);
+    set_fit(kind, action, c, calibrate_on_stage, stage_text);
+}
+
+}  // namespace
+
+void add_stage_calibrations(CLI::App* calibrate, Action& action) {
+    auto stage = std::make_shared<StageCommand>();
+    CLI::App* kind = add_kind(calibrate, "stage", "Coils and fixtures, from couplings at known poses of a stage", stage->files,
+                              "Couplings at stage poses (ILEMT text or CSV)");
+    add_kind_on_stage(kind, stage, action);
+    add_converters_from(kind, stage->files);
+    set_examples(kind, {{"coils and fixtures from couplings at known poses",
+                         "tricoil calibrate stage --model finite --out cal.toml --blob cal.bin stage/*.dat"}});
+    auto board = std::make_shared<StageCommand>();
+    board->converters = true;
+    kind = add_kind(calibrate, "converters",
+                    "The same, with the non-linearity of the board's converters and the errors of its gain steps (TDM)",
+                    board->files, "Couplings at stage poses with a11 to a33 and gain_step, as convert --to rests gives them");
+    add_kind_on_stage(kind, board, action);
+    set_examples(kind, {{"coils and converters of a tracker board, from its rests on a stage",
+                         "tricoil calibrate converters --model concentric --out cal.toml --blob cal.bin rests.csv"}});
 }
 
 }  // namespace tricoil::host

@@ -3,9 +3,15 @@
 #include "board/host/calibration/pivot_result.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/support/errors.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 namespace {
+
+struct PivotCommand {
+    CalibrationFiles files;
+    std::optional<std::uint8_t> sensor;
+};
 
 std::string pivot_text(const Json& r) {
     std::string text = fill(
@@ -25,12 +31,26 @@ std::string pivot_text(const Json& r) {
     return text + (out.empty() ? fill(r, "  use it with --tip {option}\n") : fill(r, "wrote {out}; use it with --tip {out}\n"));
 }
 
+int calibrate_tip(const PivotCommand& command) {
+    const PivotRecord record = read_pivot_poses(command.files.data.front(), command.sensor);
+    print_result(pivot_result(record, command.files.out), command.files.json, pivot_text);
+    return to_int(ExitCode::fine);
+}
+
 }  // namespace
 
-int calibrate_pivot_command(const std::string& path, std::optional<std::uint8_t> sensor, const std::string& out, bool json) {
-    const PivotRecord record = read_pivot_poses(path, sensor);
-    print_result(pivot_result(record, out), json, pivot_text);
-    return to_int(ExitCode::fine);
+void add_pivot_calibration(CLI::App* calibrate, Action& action) {
+    auto c = std::make_shared<PivotCommand>();
+    CLI::App* const kind = add_kind(
+        calibrate, "pivot", "Tip of a pointer for --tip, from poses with the pointer tilted to all sides and its tip at rest",
+        c->files, "Recording, CSV of run --out, or JSON lines");
+    kind->get_option("data")->expected(1);
+    kind->add_option("--sensor", c->sensor, "Number of the sensor on the pointer, if there are several")
+        ->check(CLI::Range(0, tracking::kMaxSensors - 1));
+    kind->add_option("--out", c->files.out, "Tip as TOML")->type_name(kFileType);
+    set_examples(kind, {{"a pointer that is tilted with its tip at rest", "tricoil run --scenario pointer --record pivot1"},
+                        {"its tip, from that recording", "tricoil calibrate pivot pivot1 --out tip.toml"}});
+    kind->callback([c, &action] { action = [c] { return calibrate_tip(*c); }; });
 }
 
 }  // namespace tricoil::host

@@ -10,16 +10,24 @@
 namespace tricoil::host {
 namespace {
 
+struct SurroundingsCommand {
+    CalibrationFiles files;
+    bool refit_fixtures = false;
+    std::optional<double> spacing_mm;  // none: the data are poses of a stage
+    std::optional<GridSize> nodes;
+    std::optional<Vec3<double>> hemisphere;  // of the grid, if the calibration has none; default: +x
+};
+
 /// Reads the calibration of the coils and removes its surroundings.
 CalibrationFile read_coils(const std::string& path) {
     CalibrationFile coils = read_calibration(path);
     const auto& c = coils.calibration;
     if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
-        throw InputError(path + ": has an affine output correction; calibrate the coils without --affine");
+        throw InputError(path + ": has an affine output correction; calibrate the coils again");
     }
     if (has_free_scale(coils)) {
         throw InputError(path +
-                         ": has no scale of lengths; give --coupling-constant to calibrate --free-motion, or calibrate the coils "
+                         ": has no scale of lengths; give --coupling-constant to calibrate free-motion, or calibrate the coils "
                          "on a stage or a grid");
     }
     set_surroundings(coils, {});
@@ -29,14 +37,15 @@ CalibrationFile read_coils(const std::string& path) {
 
 SurroundingsData read_data(const SurroundingsCommand& command, const CalibrationFile& coils, Json& result) {
     const Mat3<double>& phase_rad = coils.calibration.phase_rad;
-    if (command.grid) {
+    if (command.spacing_mm) {
         const auto& known = coils.calibration.hemisphere;
-        auto frames = read_grids(command.data, command.nodes);
+        auto frames = read_grids(command.files.data, command.nodes);
         result["unknown_levels"] = correct_converters(frames, coils.calibration.converters).unknown;
         remove_phases_of(frames, phase_rad);
-        return data_on_grid(coils, frames, command.spacing_m, known.isZero(0) ? command.hemisphere : known);
+        return data_on_grid(coils, frames, 1e-3 * *command.spacing_mm,
+                            known.isZero(0) ? command.hemisphere.value_or(Vec3<double>::UnitX()) : known);
     }
-    auto files = read_pose_files(command.data);
+    auto files = read_pose_files(command.files.data);
     result["unknown_levels"] = correct_converters(files, coils.calibration.converters).unknown;
     remove_phases_of(files, phase_rad);
     return command.refit_fixtures ? data_at_unknown_fixtures(coils, std::move(files))
@@ -51,16 +60,18 @@ Json json_of(const ModelErrors& errors) {
 
 std::string dipole_count(std::size_t dipoles) { return fmt::format("{} virtual dipole{}", dipoles, dipoles == 1 ? "" : "s"); }
 
-}  // namespace
-
-CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json& result) {
-    const CalibrationFile coils = read_coils(command.calibration);
+CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, CalibrationReport& report) {
+    if (command.spacing_mm && command.refit_fixtures) {
+        throw InputError("--refit-fixtures and --spacing-mm: the place of a grid is always estimated; remove --refit-fixtures");
+    }
+    Json& result = report.json;
+    const CalibrationFile coils = read_coils(command.files.calibration);
     const SurroundingsData data = read_data(command, coils, result);
     const SurroundingsFit fit = fit_surroundings(coils.calibration.model, data);
     SurroundingsCalibration calibrated = add_surroundings(coils, fit, data);
     CalibrationFile& file = calibrated.file;
     if (command.refit_fixtures) {
-        const PoseFile named = read_pose_file(command.data.front());
+        const PoseFile named = read_pose_file(command.files.data.front());
         file.source_stage = {{source_fixture_name(named), fit.frame}};
         file.mount_sensor = {{sensor_fixture_name(named), fit.mount}};
     }
@@ -75,7 +86,7 @@ CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json&
     result["without_surroundings"] = json_of(calibrated.without);
     result["with_surroundings"] = json_of(calibrated.with);
     result["misfit_floor"] = file.calibration.misfit_floor;
-    if (!command.grid && !command.refit_fixtures) {
+    if (!command.spacing_mm && !command.refit_fixtures) {
         return std::move(file);
     }
     result["frame_source"] = {{"translation_m", list_of(fit.frame.translation_m)}, {"rotation", rows_of(fit.frame.rotation)}};
@@ -83,7 +94,7 @@ CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json&
     return std::move(file);
 }
 
-std::string surroundings_result_text(const Json& r) {
+std::string surroundings_text(const Json& r) {
     std::string text = fill(r, "{poses} poses; ") + dipole_count(r["dipoles"].size()) +
                        fill(r,
                             "; residuals as pose errors {residual_before_m in mm:.3f} mm without them, {residual_m in mm:.3f} "
@@ -95,6 +106,28 @@ std::string surroundings_result_text(const Json& r) {
                        "  on these poses: {without_surroundings/position_rms_m in mm:.3f} mm RMS without surroundings, "
                        "{with_surroundings/position_rms_m in mm:.3f} mm with them (maximum "
                        "{with_surroundings/position_max_m in mm:.3f} mm)\n");
+}
+
+}  // namespace
+
+void add_surroundings_calibration(CLI::App* calibrate, Action& action) {
+    auto c = std::make_shared<SurroundingsCommand>();
+    CLI::App* const kind = add_kind(
+        calibrate, "surroundings", "Metal at rest relative to the source: virtual dipoles, added to the calibration of the coils",
+        c->files, "Couplings at stage poses, or with --spacing-mm of nodes of a grid on several levels");
+    add_coils(kind, c->files);
+    CLI::Option* const spacing = add_spacing(kind, c->spacing_mm);
+    add_nodes(kind, c->nodes)->needs(spacing);
+    add_hemisphere(kind, c->hemisphere)->needs(spacing);
+    kind->add_flag("--refit-fixtures", c->refit_fixtures,
+                   "Estimate the fixtures again, because the source or the sensor was moved on the stage");
+    add_out(kind, c->files);
+    add_blob(kind, c->files);
+    set_examples(kind, {{"couplings above a simulated metal table",
+                         "tricoil run --scenario table --fidelity columns --couplings soYoutZup_seYoutZup_table.csv"},
+                        {"the table, as virtual dipoles",
+                         "tricoil calibrate surroundings --calibration cal.toml --out room.toml soYoutZup_seYoutZup_table.csv"}});
+    set_fit(kind, action, c, calibrate_surroundings, surroundings_text);
 }
 
 }  // namespace tricoil::host

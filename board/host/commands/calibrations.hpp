@@ -1,79 +1,88 @@
-// Kinds of `tricoil calibrate`. Each sets its result and throws InputError; some add warnings.
+// Kinds of `tricoil calibrate`, one file each, and the options and files that they share.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/frame_file.hpp"
+#include "board/host/commands/program.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/json_text.hpp"
+#include "board/support/nearest_name.hpp"
 #include "core/signal/converter_errors.hpp"
 
 namespace tricoil::host {
 
-struct StageCommand {
+// Each function adds a kind (two: stage and converters) to `calibrate`.
+void add_stage_calibrations(CLI::App* calibrate, Action& action);
+void add_grid_calibration(CLI::App* calibrate, Action& action);
+void add_free_motion_calibration(CLI::App* calibrate, Action& action);
+void add_surroundings_calibration(CLI::App* calibrate, Action& action);
+void add_low_band_calibration(CLI::App* calibrate, Action& action);
+void add_pivot_calibration(CLI::App* calibrate, Action& action);
+void add_wiring_check(CLI::App* calibrate, Action& action);
+
+/// Files of one calibration; an empty name: none.
+struct CalibrationFiles {
     std::vector<std::string> data;
-    FitModel model = FitModel::general;
-    FixtureModel fixtures = FixtureModel::free;
-    StageModel stage = StageModel::ideal;
-    bool affine = false;
-    bool converters = false;                    // also the errors of the board's converters
-    signal::ConverterErrors stored_converters;  // those that --converters-from names; data with known levels are corrected
+    std::string calibration;      // of the coils, for the kinds that add to it
+    std::string converters_from;  // calibration whose errors of the board's converters are kept
+    std::string out;
+    std::string blob;
+    bool json = false;
 };
 
-/// The coils and fixtures from couplings at known poses.
-CalibrationFile calibrate_on_stage(const StageCommand& command, Json& result, std::vector<std::string>& warnings);
-std::string stage_text(const Json& result);
-
-struct FreeMotionCommand {
-    std::vector<std::string> data;
-    FitModel model = FitModel::concentric;
-    double column_skew = 0;                     // see deskewed()
-    std::optional<double> coupling_constant;    // gives the scale of all lengths
-    std::optional<Vec3<double>> hemisphere;     // default: +x
-    signal::ConverterErrors stored_converters;  // as above
+struct CalibrationReport {
+    Json json;
+    std::vector<std::string> warnings;
 };
 
-/// Gains and angles (concentric), also positions (general) and sizes (finite) of the coils, from the column frames of all files.
-/// Of files with poses of a stage, only the couplings are used.
-CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& result, std::vector<std::string>& warnings);
-std::string free_motion_text(const Json& result);
+/// Adds a kind with its data and --json.
+CLI::App* add_kind(CLI::App* calibrate, const std::string& name, const std::string& what, CalibrationFiles& files,
+                   const std::string& data);
+void add_out(CLI::App* kind, CalibrationFiles& files);
+void add_blob(CLI::App* kind, CalibrationFiles& files);
+void add_coils(CLI::App* kind, CalibrationFiles& files);
+void add_converters_from(CLI::App* kind, CalibrationFiles& files);
+/// Distance between neighbouring nodes of a grid.
+CLI::Option* add_spacing(CLI::App* kind, std::optional<double>& spacing_mm);
+CLI::Option* add_nodes(CLI::App* kind, std::optional<GridSize>& nodes);
+CLI::Option* add_hemisphere(CLI::App* kind, std::optional<Vec3<double>>& hemisphere);
 
-struct GridCommand {
-    std::vector<std::string> data;
-    FitModel model = FitModel::concentric;
-    double spacing_m = 0;
-    std::optional<GridSize> nodes;  // if the data are rests
-    Vec3<double> hemisphere = Vec3<double>::UnitX();
-    signal::ConverterErrors stored_converters;  // as above
-};
+/// Option whose values are the `names` of an enumeration, in its order. `value` must outlive the parsing.
+template <typename Enum>
+void add_named(CLI::App* kind, const std::string& option, Enum& value, const std::vector<std::string>& names,
+               const std::string& what) {
+    const auto read = [&value, names, option](const std::string& name) {
+        value = static_cast<Enum>(index_of_name(option.substr(2), name, names));
+    };
+    one_of(kind->add_option_function<std::string>(option, read, what), names)
+        ->default_str(names[static_cast<std::size_t>(value)]);
+}
+void add_model(CLI::App* kind, FitModel& model);
 
-/// The coils from column frames on the nodes of a printed grid.
-CalibrationFile calibrate_grid(const GridCommand& command, Json& result, std::vector<std::string>& warnings);
-std::string grid_text(const Json& result);
+/// Errors of the converters in --converters-from; ideal without it. Throws InputError if the file has none.
+signal::ConverterErrors stored_converters(const CalibrationFiles& files);
 
-struct SurroundingsCommand {
-    std::string calibration;  // of the coils
-    std::vector<std::string> data;
-    bool refit_fixtures = false;
-    bool grid = false;
-    double spacing_m = 0;
-    std::optional<GridSize> nodes;
-    Vec3<double> hemisphere{1, 0, 0};  // of the grid, if the calibration has none
-};
+/// Makes the calibration, writes its files when all are complete, and prints the result. Returns the exit code.
+int run_calibration(const CalibrationFiles& files, const std::function<CalibrationFile(CalibrationReport&)>& fit,
+                    std::string (*text)(const Json&));
 
-/// The calibration of the coils with the surroundings.
-CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json& result);
-std::string surroundings_result_text(const Json& result);
-
-/// The calibration of the coils with the ratio of the bands. `recordings`: made in two bands, without metal. Only the first
-/// sensor counts.
-CalibrationFile calibrate_low_band(const std::string& calibration, const std::vector<std::string>& recordings, Json& result);
-std::string low_band_text(const Json& result);
-
-/// Calibrates the tip of a pointer, prints the result and writes it to `out`, if not empty. Returns the exit code.
-int calibrate_pivot_command(const std::string& path, std::optional<std::uint8_t> sensor, const std::string& out, bool json);
+/// Sets the action of a kind. `Command` has a member `files`.
+template <typename Command>
+void set_fit(CLI::App* kind, Action& action, const std::shared_ptr<Command>& command,
+             CalibrationFile (*fit)(const Command&, CalibrationReport&), std::string (*text)(const Json&)) {
+    kind->callback([=, &action] {
+        action = [=] {
+            return run_calibration(
+                command->files, [&](CalibrationReport& report) { return fit(*command, report); }, text);
+        };
+    });
+}
 
 }  // namespace tricoil::host

@@ -31,6 +31,10 @@ void add_demo_command(CLI::App* sub, Action& action);
 void add_help_command(CLI::App* sub, Action& action);
 void add_completion_command(CLI::App* sub, Action& action);
 
+/// `words` of a command line `calibrate ...`, with the spelling of the last version replaced, in which each kind was an option; a
+/// notice on standard error says so. Throws InputError if it names two kinds.
+std::vector<std::string> renew_calibrate(const std::vector<std::string>& words);
+
 /// Refuses an empty name: the program would treat it as an omitted option.
 inline std::string refuse_empty(const std::string& name) { return name.empty() ? "a name is missing" : ""; }
 

@@ -54,7 +54,7 @@ void add_convert_command(CLI::App* sub, Action& action) {
         ->type_name(kFolderType);
     one_of(sub->add_option("--to", command->form,
                            "Format; mat: MATLAB, Octave; mcap: Foxglove, PlotJuggler; rests: mean couplings of each interval in "
-                           "which the sensor rests, for calibrate --grid"),
+                           "which the sensor rests, for calibrate grid"),
            convert_formats())
         ->capture_default_str();
     sub->add_option("--out", command->out, "Output file; default: standard output")->check(refuse_empty)->type_name(kFileType);

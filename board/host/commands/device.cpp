@@ -271,8 +271,9 @@ int enter_loader(const DeviceCommand& command) {
 void add_device_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<DeviceCommand>();
     sub->require_subcommand(1);
-    const auto add = [&](const char* name, const char* what, int (*act)(const DeviceCommand&)) {
+    const auto add = [&](const char* name, const char* what, const Example& example, int (*act)(const DeviceCommand&)) {
         CLI::App* const one = sub->add_subcommand(name, what);
+        set_examples(one, {example});
         one->callback([command, act, &action] { action = [command, act] { return act(*command); }; });
         return one;
     };
@@ -293,22 +294,30 @@ void add_device_command(CLI::App* sub, Action& action) {
             ->capture_default_str();
         return one;
     };
-    add_json(add("list", "List CAN interfaces and USB devices of this machine", &list_devices));
-    add_wait(add_device(add_json(add("info", "Identify a device; show its last program error, image and settings", &show_info))));
-    add_device(add_json(add("watch", "Print every message of a device without sending commands", &watch)))
+    add_json(add("list", "List CAN interfaces and USB devices of this machine", {"what is connected?", "tricoil device list"},
+                 &list_devices));
+    add_wait(add_device(
+        add_json(add("info", "Identify a device; show its last program error, image and settings",
+                     {"serial number, firmware, mode, last program error", "tricoil device info can:can0"}, &show_info))));
+    add_device(add_json(add("watch", "Print every message of a device without sending commands",
+                            {"every message", "tricoil device watch serial:/dev/ttyACM0"}, &watch)))
         ->add_option("--duration", command->duration_s, "Duration; default: until a signal")
         ->type_name("SECONDS")
         ->check(refuse_nonpositive_time);
-    add_wait(add_device(add("read-calibration", "Read the calibration of a device", &fetch_calibration)))
+    add_wait(add_device(add("read-calibration", "Read the calibration of a device",
+                            {"a copy of the stored calibration", "tricoil device read-calibration can:can0 --out cal.bin"},
+                            &fetch_calibration)))
         ->add_option("--out", command->file, "Output file, in the format of tricoil calibrate --blob")
         ->required()
         ->type_name(kFileType);
-    add_wait(add_device(add("write-calibration", "Store a calibration in a device; press its button first", &send_calibration)))
+    add_wait(add_device(add("write-calibration", "Store a calibration in a device; press its button first",
+                            {"a new calibration", "tricoil device write-calibration can:can0 cal.bin"}, &send_calibration)))
         ->add_option("file", command->file, "File written by tricoil calibrate --blob")
         ->required()
         ->type_name(kFileType);
-    CLI::App* const mode =
-        add_wait(add_device(add("mode", "Select multiplexing and frame rate, from the next start on", &set_mode)));
+    CLI::App* const mode = add_wait(add_device(
+        add("mode", "Select multiplexing and frame rate, from the next start on",
+            {"all coils at once, 480 frames a second", "tricoil device mode can:can0 --mux fdm --rate-hz 480"}, &set_mode)));
     one_of(mode->add_option("--mux", command->mux,
                             "Coils in turn (tdm), all at once (fdm), or all at once with a low carrier each (dual-band)"),
            kMultiplexingNames)
@@ -318,23 +327,22 @@ void add_device_command(CLI::App* sub, Action& action) {
         ->capture_default_str();
     mode->add_flag("--columns", command->columns, "Send columns instead of poses; the host tracks");
     add_wait(add_device(add("hemisphere", "Set the hemisphere: the half space of the source that contains the sensor now",
+                            {"the sensor is in front of the source", "tricoil device hemisphere can:can0 --towards 1,0,0"},
                             &set_hemisphere)))
         ->add_option("--towards", command->towards, "Direction to the half space, source frame; 0,0,0: unknown")
         ->type_name("X,Y,Z")
         ->delimiter(',')
         ->expected(3)
         ->required();
-    add_wait(add_device(add("boresight", "Set the boresight: the present attitude becomes straight ahead", &set_boresight)))
+    add_wait(add_device(add("boresight", "Set the boresight: the present attitude becomes straight ahead",
+                            {"hold the sensor straight ahead, then", "tricoil device boresight can:can0"}, &set_boresight)))
         ->add_flag("--clear", command->clear, "Clear the boresight");
-    add_wait(add_device(
-        add("loader", "Restart a device in its boot loader, to write new firmware; press its button first", &enter_loader)));
-    CLI::App* const captured =
-        add_wait(add_device(add("capture", "Record raw samples of every coil, for tricoil demodulate", &capture_blocks)));
+    add_wait(add_device(add("loader", "Restart a device in its boot loader, to write new firmware; press its button first",
+                            {"new firmware, with dfu-util", "tricoil device loader can:can0"}, &enter_loader)));
+    CLI::App* const captured = add_wait(
+        add_device(add("capture", "Record raw samples of every coil, for tricoil demodulate",
+                       {"raw samples of every coil", "tricoil device capture can:can0 --out capture.csv"}, &capture_blocks)));
     captured->add_option("--out", command->file, "CSV file")->required()->type_name(kFileType);
-    set_examples(sub, {{"what is connected?", "tricoil device list"},
-                       {"serial number, firmware, mode, last program error", "tricoil device info can:can0"},
-                       {"every message", "tricoil device watch serial:/dev/ttyACM0"},
-                       {"raw samples, for tricoil demodulate", "tricoil device capture can:can0 --out capture.csv"}});
     captured->add_option("--repeats", command->repeats, "Number of times that each coil is recorded")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();

@@ -149,7 +149,7 @@ std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile&
     const CalibrationFile other = read_calibration(command.stage_from);
     if (other.stage_errors.is_ideal()) {
         throw InputError(command.stage_from +
-                         ": has no errors of the stage; make it with tricoil calibrate --stage turning or room");
+                         ": has no errors of the stage; make it with tricoil calibrate stage --stage turning or room");
     }
     if (!calibration.source_stage.empty() && other.stage_turns_left_handed != calibration.stage_turns_left_handed) {
         throw InputError(command.stage_from +
@@ -213,10 +213,10 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
     one_of(sub->add_option("--solver", c->solver, "Closed form (direct), or Gauss-Newton with all coil parameters (refined)"),
            kSolvers)
         ->capture_default_str();
-    sub->add_option(
-           "--stage-from", c->stage_from,
-           "Remove the errors of the stage that another calibration of the same stage found (calibrate --stage), without its "
-           "stray field")
+    sub->add_option("--stage-from", c->stage_from,
+                    "Remove the errors of the stage that another calibration of the same stage found (calibrate stage --stage), "
+                    "without its "
+                    "stray field")
         ->check(refuse_empty)
         ->type_name(kFileType);
     sub->add_flag("--refit-fixtures", c->refit_fixtures,

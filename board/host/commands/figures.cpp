@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "board/command_line/option_words.hpp"
@@ -28,6 +29,19 @@ struct FiguresCommand {
     bool json = false;
 };
 
+/// Paths in the folder `target` of the files in `folder`.
+std::vector<std::string> files_in(const std::filesystem::path& folder, const std::string& extension,
+                                  const std::filesystem::path& target) {
+    std::vector<std::string> names;
+    for (const auto& file : std::filesystem::directory_iterator(folder)) {
+        if (file.path().extension() == extension) {
+            names.push_back((target / file.path().filename()).string());
+        }
+    }
+    std::ranges::sort(names);
+    return names;
+}
+
 int figures(const FiguresCommand& command) {
     const InterruptGuard guard;
     StagedFolder folder(command.out);
@@ -43,13 +57,11 @@ int figures(const FiguresCommand& command) {
         draw(folder.path(), pictures, guard, progress.part(kCsvShare, 1));
     }
     guard.check();
+    const auto csv = files_in(folder.path(), ".csv", command.out);
+    const auto drawn = files_in(folder.path(), ".svg", command.out);
     folder.publish();
-    Json files = Json::array();
-    for (const Picture& picture : pictures) {
-        files.push_back((std::filesystem::path(command.out) / picture.file).string());
-    }
-    print_text("{}\n", command.json ? Json{{"pictures", files}}.dump()
-                                    : fmt::format("{}", fmt::join(files.get<std::vector<std::string>>(), "\n")));
+    print_text("{}\n", command.json ? Json{{"pictures", drawn}, {"csv", csv}}.dump()
+                                    : fmt::format("{}", fmt::join(command.csv_only ? csv : drawn, "\n")));
     return to_int(ExitCode::fine);
 }
 

@@ -117,7 +117,6 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
         return continue_as(named->executable, named->name, arguments, identity);
     }
     CLI::App program{kDescription, identity.typed_name};
-    set_examples(&program, kExamples);
     program.set_version_flag("--version", identity.version, "Print the version and the commit");
     program.require_subcommand(1);
     Action action;
@@ -131,7 +130,10 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
         }
         sub->group(listed.group);
     }
-    if (!parse_words(program, arguments, params)) {
+    set_examples(&program, kExamples);  // after the subcommands, which would inherit them
+    const OwnCommand* const first = arguments.empty() ? nullptr : find_own(own, arguments.front());
+    const bool is_renewed = first != nullptr && first->renew != nullptr;
+    if (!parse_words(program, is_renewed ? first->renew(arguments) : arguments, params)) {
         return to_int(ExitCode::fine);
     }
     return action();

@@ -5,7 +5,7 @@ namespace tricoil::host {
 
 std::span<const OwnCommand> own_commands() {
     static constexpr OwnCommand kOwn[] = {
-        {"calibrate", add_calibrate_command},
+        {"calibrate", add_calibrate_command, renew_calibrate},
         {"evaluate", add_evaluate_command},
         {"help", add_help_command},
     };

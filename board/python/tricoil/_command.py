@@ -16,7 +16,7 @@ def own_names(message: str, names: dict[str, str] | None = None) -> str:
 
 
 def _words(options: dict[str, Any]) -> list[str]:
-    """{"model": "finite", "affine": True, "hemisphere": (1, 0, 0)} as --model finite --affine --hemisphere 1,0,0."""
+    """{"model": "finite", "json": True, "hemisphere": (1, 0, 0)} as --model finite --json --hemisphere 1,0,0."""
     words = []
     for name, value in options.items():
         option = "--" + name.replace("_", "-")
@@ -34,13 +34,13 @@ def _words(options: dict[str, Any]) -> list[str]:
 def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     """Result of a command of the program, as `tricoil NAME ... --json` prints it.
 
-    arguments: files and other words. options: as in `tricoil NAME --help`, with _ for -; True for an option without value.
+    name: also with a subcommand, for example "calibrate grid". arguments: files and other words. options: as in `tricoil NAME --help`, with _ for -; True for an option without value.
     Example: command("evaluate", "poses.csv", calibration="coils.toml", refit_fixtures=True). A failed check raises no error; the
     result says so. Files are written as the program writes them. Ctrl-C raises KeyboardInterrupt.
     """
     if "help" in options:
         raise ValueError(f"help: see `tricoil {name} --help`")
-    words = [name, *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
+    words = [*name.split(), *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
     try:
         _, text = _tricoil.command(words if arguments else words[:-1])
     except ValueError as error:
@@ -48,13 +48,16 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     return json.loads(text)
 
 
-def calibrate(files: Sequence[str | os.PathLike], out: str | os.PathLike, **options: Any) -> dict:
+def calibrate(files: Sequence[str | os.PathLike], out: str | os.PathLike, kind: str = "stage", **options: Any) -> dict:
     """Calibrates coils and fixtures from measured couplings, and writes the calibration to the TOML file `out`.
 
-    files: couplings at stage poses. options: those of `tricoil calibrate`, for example model="finite", free_motion=True, or grid=True
-    with spacing_mm=50. Returns parameters with their standard deviations, residuals and warnings.
+    kind: "stage", "converters", "grid", "free-motion", "surroundings" or "low-band". files: couplings as that kind reads them. options: those
+    of `tricoil calibrate KIND`, for example model="finite", or spacing_mm=50 with a grid. Returns parameters with their standard deviations,
+    residuals and warnings.
     """
-    return command("calibrate", *files, out=os.fspath(out), **options)
+    if kind == "stage" and options.keys() & {"grid", "free_motion", "surroundings", "low_band", "converters"}:
+        kind = ""  # the last version's spelling, which the program replaces with a notice
+    return command(f"calibrate {kind}", *files, out=os.fspath(out), **options)
 
 
 def evaluate(files: Sequence[str | os.PathLike], calibration: str | os.PathLike, **options: Any) -> dict:

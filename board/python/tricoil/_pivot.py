@@ -14,7 +14,7 @@ def pivot(poses: NDArray | str | os.PathLike, *, sensor: int | None = None, out:
     """Tip offset of a pointer that was tilted to all sides while its tip rested at one point.
 
     poses: Run.poses, load(), or another structured array with their fields position_m, quaternion_wxyz, covariance, and optionally
-    valid and sensor, in order of time; or the file or folder that `tricoil calibrate --pivot` reads. sensor: needed if there are several.
+    valid and sensor, in order of time; or the file or folder that `tricoil calibrate pivot` reads. sensor: needed if there are several.
     out: TOML file for `tricoil run --tip` and `tricoil serve --tip`.
 
     Returns a dictionary: tip_m (sensor frame) with tip_std_m and tip_covariance_m2, pivot_m (source frame) with pivot_std_m,
@@ -26,7 +26,7 @@ def pivot(poses: NDArray | str | os.PathLike, *, sensor: int | None = None, out:
     """
     target = None if out is None else os.fspath(out)
     if isinstance(poses, (str, os.PathLike)):
-        return command("calibrate", poses, pivot=True, sensor=sensor, out=target)
+        return command("calibrate pivot", poses, sensor=sensor, out=target)
     rows = np.asarray(poses)
     names = rows.dtype.names or ()
     for name, shape in (("position_m", (3,)), ("quaternion_wxyz", (4,)), ("covariance", (6, 6))):

@@ -5,7 +5,7 @@ import {Level} from './history.js';
 const kFlags = {
   no_reference: {level: 'bad', text: 'No source current.', remedy: 'Check the power and the cable of the source.'},
   no_sensor: {level: 'bad', text: 'No sensor found.', remedy: 'Check the plug and the cable of the sensor.'},
-  wrong_handedness: {level: 'bad', text: 'A coil is reversed, or two coils are swapped.', remedy: 'Check the wiring with: tricoil calibrate --wiring'},
+  wrong_handedness: {level: 'bad', text: 'A coil is reversed, or two coils are swapped.', remedy: 'Check the wiring with: tricoil calibrate wiring'},
   saturated: {level: 'bad', text: 'Signal too strong: an amplifier is saturated.', remedy: 'Move the sensor away from the source.'},
   low_signal: {level: 'bad', text: 'Signal too weak.', remedy: 'Move the sensor closer to the source.'},
   stale: {level: 'bad', text: 'No new measurement of this sensor.', remedy: 'Check its plug and the link to the device.'},
