@@ -171,11 +171,11 @@ int send_calibration(const DeviceCommand& command) {
     file.read(reinterpret_cast<char*>(blob.data()), std::ssize(blob));
     blob.resize(static_cast<std::size_t>(file.gcount()));
     if (blob.empty()) {
-        throw InputError(command.file + ": cannot be read; give a file written by tricoil calibrate --blob");
+        throw InputError(command.file + ": cannot be read; give a file written by tricoil calibrate with --blob");
     }
     if (const auto calibration = calibration::decode(blob); !calibration.ok()) {
         throw InputError(
-            fmt::format("{}: {}; give a file written by tricoil calibrate --blob", command.file, calibration.status().message()));
+            fmt::format("{}: {}; give a file written by tricoil calibrate with --blob", command.file, calibration.status().message()));
     }
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     inquiry.write_calibration(blob);
@@ -307,12 +307,12 @@ void add_device_command(CLI::App* sub, Action& action) {
     add_wait(add_device(add("read-calibration", "Read the calibration of a device",
                             {"a copy of the stored calibration", "tricoil device read-calibration can:can0 --out cal.bin"},
                             &fetch_calibration)))
-        ->add_option("--out", command->file, "Output file, in the format of tricoil calibrate --blob")
+        ->add_option("--out", command->file, "Output file, in the format of tricoil calibrate with --blob")
         ->required()
         ->type_name(kFileType);
     add_wait(add_device(add("write-calibration", "Store a calibration in a device; press its button first",
                             {"a new calibration", "tricoil device write-calibration can:can0 cal.bin"}, &send_calibration)))
-        ->add_option("file", command->file, "File written by tricoil calibrate --blob")
+        ->add_option("file", command->file, "File written by tricoil calibrate with --blob")
         ->required()
         ->type_name(kFileType);
     CLI::App* const mode = add_wait(add_device(

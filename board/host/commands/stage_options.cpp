@@ -12,7 +12,7 @@ std::vector<const CLI::Option*> add_stage_options(CLI::App* sub, OutputOptions& 
     sub->option_defaults()->group("Poses");
     return {
         sub->add_option("--tip", o.tips,
-                        "Poses of a tool's tip: a file of calibrate --pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
+                        "Poses of a tool's tip: a file of calibrate pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
                         "Recordings keep the poses of the sensor")
             ->check(refuse_empty)
             ->type_name(kFileType),
