@@ -50,6 +50,6 @@ def command_to_run(command):
     ctrl-C."""
     if not re.match(r"tricoil (serve|demo)\b", command) or "--duration" in command:
         return command
-    # Exit code 130: interrupted before the first pose, as happens on a busy machine. The output must contain the address.
+    # Exit code 130: interrupted before the first pose, as happens on a busy machine. The output must contain the address or poses.
     return (f"{{ timeout --signal=INT --preserve-status 2 {command.split(' #')[0]} >.served || [ $? = 130 ]; }}\n"
-            "grep -E 'serving|live page' .served")
+            "grep -E -m 1 'serving|live page|\"sequence\"' .served")

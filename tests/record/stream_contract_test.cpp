@@ -18,7 +18,7 @@ struct Stage {
     const char* name;
     std::string options;
     std::string unit = "m";
-    std::string euler;
+    std::string euler = "";  // NOLINT(readability-redundant-string-init): a stage may leave it out
 };
 
 /// The same names in JSON and CSV: position_m of JSON is x_m, y_m, z_m of CSV.
@@ -117,7 +117,7 @@ TEST_P(StreamContract, EveryOutputHasTheSameFieldsAndNumbers) {
     const auto smooth = tricoil("smooth" + of_take + " --out " + take + ".smooth.csv");
     EXPECT_EQ(smooth.exit_code, 0) << smooth.err;
     EXPECT_GT(CsvTable(read_file(take + ".smooth.csv")).number(0, "cov_xx"), 0);
-    for (const std::string other : {"--to mat --out " + take + ".mat", "--to mcap --out " + take + ".mcap"}) {
+    for (const std::string& other : {"--to mat --out " + take + ".mat", "--to mcap --out " + take + ".mcap"}) {
         EXPECT_EQ(tricoil("convert" + of_take + " " + other).exit_code, 0) << other;
     }
 }
@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Stage{"align", "--align 0.1,0,0,0.2,0.1,0,0.1,1,0.3"}, Stage{"boresight", "--boresight"},
                       Stage{"units", "--units mm", "mm"}, Stage{"euler", "--euler zyx", "m", "zyx"},
                       Stage{"all", "--tip 0.1,0,0 --relative-to 2 --boresight --units in --euler xyz", "in", "xyz"}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& stage) { return std::string(stage.param.name); });
 
 TEST(Stream, WrongCombinationsNameTheFact) {
     const std::string take = path_in_temp("contract_refused");

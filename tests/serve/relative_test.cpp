@@ -142,7 +142,7 @@ TEST(PoseStages, TheTipHasTheErrorOfTheAttitude) {
     std::vector<tracking::PoseEstimate<double>> out;
     host::PoseTap tap([&](const tracking::PoseEstimate<double>& pose) { out.push_back(pose); });
     host::OutputOptions options;
-    options.tips = {"2:0,0,0.1"};
+    options.tips = {"1:0,0,0.1"};
     host::PoseStages stages(options, tap);
     auto pose = pose_of(0, 0, 0);
     pose.q_source_sensor =

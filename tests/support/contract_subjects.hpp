@@ -107,6 +107,7 @@ public:
 
     std::optional<Seen> frame(double range_m) { return blocks(range_m, false); }
     std::optional<Seen> saturated_frame(double range_m) { return blocks(range_m, true); }
+    /// Time of the last pose, valid or not.
     [[nodiscard]] DeviceTime now() const { return time_; }
 
     fixed::Tracker tracker{IntegerBlocks::kAcquisition, {}, params()};
@@ -130,9 +131,8 @@ private:
                     sample[0] = block.full_scale;
                 }
             }
-            const auto pose = tracker.update(block);
-            time_ = block.start + Microseconds{kFrame.count() / 6};
-            if (pose) {
+            if (const auto pose = tracker.update(block)) {
+                time_ = pose->time;
                 last = Seen{pose->valid(), pose->position_m.x().to_double(), pose->flags, pose->time};
             }
         }

@@ -39,7 +39,7 @@ void Server::wake() {
 void Server::start() {
     for (Loop* loop : {&main_, &apart_}) {
         if (!loop->services.empty()) {
-            loop->thread = std::thread([this, loop] { loop->run(hub_, ends_); });
+            loop->thread = std::thread([this, loop, next = hub_.cursor()] { loop->run(hub_, next, ends_); });
         }
     }
 }
@@ -54,8 +54,7 @@ void Server::stop() {
     }
 }
 
-void Server::Loop::run(const PoseHub& hub, const std::atomic<bool>& ends) {
-    PoseHub::Cursor cursor = hub.cursor();
+void Server::Loop::run(const PoseHub& hub, PoseHub::Cursor cursor, const std::atomic<bool>& ends) {
     std::vector<pollfd> descriptors;
     std::vector<ServedPose> poses;
     SilenceWatch silence;

@@ -36,7 +36,8 @@ private:
     struct Loop {
         Loop();
         void wake() const;
-        void run(const PoseHub& hub, const std::atomic<bool>& ends);
+        /// cursor: of the first pose to serve; from before the start of the thread, so that none is missed.
+        void run(const PoseHub& hub, PoseHub::Cursor cursor, const std::atomic<bool>& ends);
 
         drivers::FileDescriptor bell;  // eventfd that wakes the thread
         std::vector<std::unique_ptr<Service>> services;
