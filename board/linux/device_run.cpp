@@ -281,12 +281,13 @@ int run_device(const DeviceRunOptions& options) {
         return options.give_up_after_s > 0 && to_seconds(now - steady) > options.give_up_after_s;
     };
     std::string error;
-    const auto is_unread = [&] {
-        bool unread = false;
-        writer.each([&](const LinePump& pump) { unread = unread || pump.is_unread(); });
-        return unread;
+    const auto is_any = [&](bool (LinePump::*state)() const) {
+        bool any = false;
+        writer.each([&](const LinePump& pump) { any = any || (pump.*state)(); });
+        return any;
     };
-    while (!guard.interrupted() && !is_unread() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
+    while (!guard.interrupted() && !is_any(&LinePump::has_failed) &&
+           (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
         if (options.paused && options.paused()) {
             loop.stop();
             steady = drivers::host_now();
@@ -327,7 +328,8 @@ int run_device(const DeviceRunOptions& options) {
     }
     loop.stop();
     reporter.print_repeated();
-    const bool unread = is_unread();
+    stages.finish();
+    const bool unread = is_any(&LinePump::is_unread);
     const auto add_error = [&](const std::string& also) { error = error.empty() ? also : error; };
     writer.each([&](LinePump& pump) { add_error(pump.close()); });
     add_error(recorder ? recorder->close() : "");

@@ -22,11 +22,11 @@ struct DeviceRunOptions {
     double give_up_after_s = 0;                                   // time without a steady device; 0: never
     bool json = false;                                            // poses and summary to standard output
     bool json_lines = false;                                      // poses with their UTC to standard output
-    host::OutputOptions output;                                // of CSV and JSON, tips also on the link; `tap` gets the sensors
-    std::string record;                                        // folder; empty: none
-    tracking::TrackerTap<double>* tap = nullptr;               // receives inputs and outputs of the trackers
-    std::function<void()> ready;                               // called once, with valid options; may be empty
-    std::function<void(DeviceLoop&)> each_step;                // called between steps; may be empty
+    host::OutputOptions output;                   // of CSV and JSON, tips also on the link; `tap` gets the poses of the sensors
+    std::string record;                           // folder; empty: none
+    tracking::TrackerTap<double>* tap = nullptr;  // receives inputs and outputs of the trackers
+    std::function<void()> ready;                  // called once, with valid options; may be empty
+    std::function<void(DeviceLoop&)> each_step;   // called between steps; may be empty
     std::function<void(const host::LinkHealth&)> each_health;  // called several times a second; may be empty
     std::function<bool()> paused;                              // called between steps: true keeps the coils off; empty: never
 };

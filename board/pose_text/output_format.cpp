@@ -31,7 +31,6 @@ OutputFormat make_output_format(const OutputOptions& options) {
     OutputFormat format;
     format.units.unit = options.unit;
     format.units.units_per_m = kUnitsPerMetre[index_of_name("--units", options.unit, {"m", "mm", "cm", "in"})];
-    format.boresight_first = options.boresight;
     format.tips = ToolTips(options.tips);
     if (!options.align_points.empty()) {
         const Status status =

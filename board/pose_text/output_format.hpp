@@ -15,7 +15,7 @@ struct OutputOptions {
     std::vector<double>
         align_points;        // origin, point on the x axis, point towards y: nine numbers, m, source frame; empty: source frame
     int relative_to = 0;     // number of the reference sensor, from 1; 0: the source frame
-    bool boresight = false;  // the attitude of the first valid pose reads zero
+    bool boresight = false;  // the attitude of the first valid pose of each sensor reads zero
     std::string unit = "m";  // m, mm, cm or in
     std::string euler;       // order of axes, for example zyx; empty: no angles
 };
@@ -23,7 +23,6 @@ struct OutputOptions {
 struct OutputFormat {
     ToolTips tips;
     tracking::OutputFrame<double> frame;  // of the tip
-    bool boresight_first = false;
     PoseUnits units;
 };
 

@@ -1,29 +1,59 @@
 #include "board/pose_text/pose_stages.hpp"
 
+#include <fmt/format.h>
+
 namespace tricoil::host {
 
 PoseStages::PoseStages(const OutputOptions& options, tracking::TrackerTap<double>& next)
-    : next_(next), format_(make_output_format(options)), has_frame_(options.boresight || !options.align_points.empty()) {
+    : next_(next),
+      format_(make_output_format(options)),
+      is_aligned_(!options.align_points.empty()),
+      has_boresight_(options.boresight) {
     if (options.relative_to > 0) {
         relative_.emplace(static_cast<std::uint8_t>(options.relative_to - 1), [this](const Pose& pose) { pass(pose); });
+        frame_name_ = fmt::format("sensor{}", options.relative_to - 1);
+    }
+    if (is_aligned_) {
+        frame_name_ = "aligned";
     }
 }
 
+/// The boundary of a confined sensor goes through the source, so other frames do not have it.
 void PoseStages::do_begin(const Settings& settings) {
-    if (relative_) {
-        relative_->reset();
+    finish();
+    Settings seen = settings;
+    seen.tracker.common.confined = settings.tracker.common.confined && is_in_source_frame();
+    next_.begin(seen);
+}
+
+void PoseStages::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
+    if (is_in_source_frame()) {
+        next_.hemisphere(sensor, towards);
     }
-    next_.begin(settings);
 }
 
 void PoseStages::do_pose(const Pose& estimate) { relative_ ? relative_->take(estimate) : pass(estimate); }
 
+void PoseStages::finish() {
+    if (relative_) {
+        relative_->finish();
+    }
+}
+
 void PoseStages::pass(const Pose& pose) {
-    if (format_.boresight_first && pose.valid()) {
-        tracking::boresight(format_.frame, pose.q_source_sensor);
-        format_.boresight_first = false;
+    if (has_boresight_ && pose.valid() && pose.sensor < boresighted_.size() && !boresighted_[pose.sensor]) {
+        tracking::boresight(boresighted_[pose.sensor].emplace(format_.frame), pose.q_source_sensor);
     }
     next_.pose(framed(pose));
+}
+
+/// Without a frame, the pose stays the same in every digit.
+PoseStages::Pose PoseStages::framed(const Pose& pose) const {
+    const Pose at_tip = format_.tips.at_tip(pose);
+    if (pose.sensor < boresighted_.size() && boresighted_[pose.sensor]) {
+        return tracking::in_frame(at_tip, *boresighted_[pose.sensor]);
+    }
+    return is_aligned_ ? tracking::in_frame(at_tip, format_.frame) : at_tip;
 }
 
 TruePose PoseStages::framed(const Pose& pose, const TruePose& truth, const TruePose* reference) const {

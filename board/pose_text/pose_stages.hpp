@@ -2,7 +2,9 @@
 // keep the poses of the source: they are separate taps.
 #pragma once
 
+#include <array>
 #include <optional>
+#include <string>
 
 #include "board/pose_text/output_format.hpp"
 #include "board/pose_text/relative_poses.hpp"
@@ -19,28 +21,34 @@ public:
     PoseStages(const OutputOptions& options, tracking::TrackerTap<double>& next);
 
     [[nodiscard]] const PoseUnits& units() const { return format_.units; }
-    /// The pose, which is relative already, at the tip and in the output frame.
-    [[nodiscard]] Pose framed(const Pose& pose) const {
-        const Pose at_tip = format_.tips.at_tip(pose);
-        return has_frame_ ? tracking::in_frame(at_tip, format_.frame) : at_tip;
-    }
+    /// Name of the frame of the positions: source, sensorN (N from 0) or aligned.
+    [[nodiscard]] const std::string& frame_name() const { return frame_name_; }
     /// The true pose at the time of `pose`, in its frame; reference: of the sensor of --relative-to, if there is one.
     [[nodiscard]] TruePose framed(const Pose& pose, const TruePose& truth, const TruePose* reference) const;
-    /// Velocity and angular rate of the sensor, source frame, as those of the output. Not for relative poses.
+    /// Velocity and angular rate of the sensor, source frame, as those of the output. Not for relative poses. The boresight does
+    /// not change them.
     void turn_rates(const Pose& pose, Vec3<double>& velocity_m_s, Vec3<double>& rate_rad_s) const;
+    /// Passes the poses that wait for the reference sensor: the source has ended.
+    void finish();
 
 private:
     void do_begin(const Settings& settings) override;
     void do_column(const MeasuredColumn<double>& column) override { next_.column(column); }
     void do_tick(std::uint8_t sensor, DeviceTime now) override { next_.tick(sensor, now); }
-    void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override { next_.hemisphere(sensor, towards); }
+    void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
     void do_pose(const Pose& estimate) override;
     void do_fault(std::string_view text) override { next_.fault(text); }
     void pass(const Pose& pose);
+    /// The pose, which is relative already, at the tip and in the output frame.
+    [[nodiscard]] Pose framed(const Pose& pose) const;
+    [[nodiscard]] bool is_in_source_frame() const { return !relative_ && !is_aligned_; }
 
     tracking::TrackerTap<double>& next_;
     OutputFormat format_;
-    bool has_frame_;  // without one, the pose stays the same in every digit
+    bool is_aligned_;
+    bool has_boresight_;
+    std::array<std::optional<tracking::OutputFrame<double>>, tracking::kMaxSensors> boresighted_;  // from the first valid pose on
+    std::string frame_name_ = "source";
     std::optional<RelativePoses> relative_;
 };
 

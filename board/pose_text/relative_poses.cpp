@@ -24,9 +24,11 @@ void RelativePoses::take(const Pose& estimate) {
     release(estimate.time);
 }
 
-void RelativePoses::reset() {
+void RelativePoses::finish() {
+    while (!waiting_.empty()) {
+        give_oldest();
+    }
     history_.clear();
-    waiting_.clear();
     last_ = {};
 }
 
@@ -50,9 +52,13 @@ void RelativePoses::release(DeviceTime now) {
         if (!is_reached && !waits_too_long) {
             return;
         }
-        give(finished(waiting_.front()));
-        waiting_.pop_front();
+        give_oldest();
     }
+}
+
+void RelativePoses::give_oldest() {
+    give(finished(waiting_.front()));
+    waiting_.pop_front();
 }
 
 RelativePoses::Pose RelativePoses::finished(const Pose& pose) const {

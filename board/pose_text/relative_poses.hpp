@@ -29,12 +29,13 @@ public:
 
     /// Gives the sink each pose that is complete now: none, this one, or several.
     void take(const Pose& estimate);
-    /// Forgets all poses, for example because the trackers start again.
-    void reset();
+    /// Gives the sink the waiting poses, then forgets all: the poses end, or the trackers start again.
+    void finish();
 
 private:
     void remember(const Pose& pose);
     void release(DeviceTime now);
+    void give_oldest();
     [[nodiscard]] Pose finished(const Pose& pose) const;
     [[nodiscard]] std::optional<Pose> reference_at(DeviceTime time) const;
     void give(Pose pose);

@@ -50,16 +50,17 @@ Form lines_form(const Put& put, std::string (*line)(const Pose&)) {
     return {[&put, line](const Pose& pose) { put(line(pose)); }};
 }
 
-Form csv_form(const Put& put, const PoseUnits& units) {
+Form csv_form(const Put& put, const PoseStages& stages) {
+    const PoseUnits& units = stages.units();
     put(pose_column_names(kPoseForm, units) + "\n");
     return {[&put, units](const Pose& pose) { put(pose_line({pose}, PoseFormat::csv, kPoseForm, units)); }};
 }
 
-Form json_form(const Put& put, const PoseUnits& units) {
-    return {[&put, units](const Pose& pose) { put(pose_line({pose}, PoseFormat::json, kPoseForm, units)); }};
+Form json_form(const Put& put, const PoseStages& stages) {
+    return {[&put, units = stages.units()](const Pose& pose) { put(pose_line({pose}, PoseFormat::json, kPoseForm, units)); }};
 }
 
-Form candump_form(const Put& put, const PoseUnits&) {
+Form candump_form(const Put& put, const PoseStages&) {
     return lines_form(put, [](const Pose& pose) { return candump_line(protocol::to_message(pose)); });
 }
 
@@ -70,22 +71,22 @@ std::string igtl_bytes(const Pose& pose) {
     return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);
 }
 
-Form igtl_form(const Put& put, const PoseUnits&) { return lines_form(put, igtl_bytes); }
+Form igtl_form(const Put& put, const PoseStages&) { return lines_form(put, igtl_bytes); }
 #else
-constexpr Form (*igtl_form)(const Put&, const PoseUnits&) = nullptr;
+constexpr Form (*igtl_form)(const Put&, const PoseStages&) = nullptr;
 #endif
 
 #ifdef TRICOIL_WITH_MAT
-Form mat_form(const Put& put, const PoseUnits& units) {
-    const auto poses = std::make_shared<MatPoses>(units);
+Form mat_form(const Put& put, const PoseStages& stages) {
+    const auto poses = std::make_shared<MatPoses>(stages.units());
     return {[poses](const Pose& pose) { poses->add(pose); }, [poses, &put] { poses->finish(put); }};
 }
 #else
-constexpr Form (*mat_form)(const Put&, const PoseUnits&) = nullptr;
+constexpr Form (*mat_form)(const Put&, const PoseStages&) = nullptr;
 #endif
 
-Form mcap_form(const Put& put, const PoseUnits& units) {
-    const auto poses = std::make_shared<McapPoses>(put, units);
+Form mcap_form(const Put& put, const PoseStages& stages) {
+    const auto poses = std::make_shared<McapPoses>(put, stages.units(), stages.frame_name());
     return {[poses](const Pose& pose) { poses->add(pose); }, [poses] { poses->finish(); }};
 }
 
@@ -146,16 +147,17 @@ std::uint64_t convert(const Recording& recording, const std::string& name, const
     if (name == "openigtlink") {
         require(Component::openigtlink, "--to openigtlink");
     }
-    constexpr std::array<Form (*)(const Put&, const PoseUnits&), 6> kForms{json_form, csv_form,     mat_form,
-                                                                           mcap_form, candump_form, igtl_form};  // of poses alone
+    constexpr std::array<Form (*)(const Put&, const PoseStages&), 6> kForms{json_form,    csv_form, mat_form, mcap_form,
+                                                                            candump_form, igtl_form};  // of poses alone
     const std::size_t index = index_of_name("--to", name, convert_formats());
     refuse_stages(name, options);
     Form form;
     PoseTap tap([&](const Pose& pose) { form.take(pose); });
     PoseStages stages(options, tap);
-    form = index < kForms.size() ? kForms.at(index)(put, stages.units()) : rests_form(put, recording);
+    form = index < kForms.size() ? kForms.at(index)(put, stages) : rests_form(put, recording);
     const std::uint64_t count = for_each_pose(
         recording, [&](const Pose& pose) { stages.pose(pose); }, progress);
+    stages.finish();
     if (form.finish) {
         form.finish();
     }

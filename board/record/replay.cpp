@@ -116,6 +116,7 @@ ReplayReport replay(const Recording& recording, const TrackerSettings& settings,
         }
         player.play();
     }
+    stages.finish();
     comparison.finish();
     if (file) {
         file->commit();

@@ -31,9 +31,9 @@ struct ReplayReport {
     }
 };
 
-/// out: output file with the format of poses.csv; empty: none. options: stages before the file; the comparison is of the sensors.
-/// progress: called for every input; may be empty. Throws InputError
-/// for a damaged line, DeviceError if `out` cannot be written completely.
+/// out: output file with the format of poses.csv; empty: none. options: stages before the file; the comparison is of the poses of
+/// the sensors. progress: called for every input; may be empty. Throws InputError for a damaged line, DeviceError if `out` cannot
+/// be written completely.
 ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out,
                     const OutputOptions& options = {}, const ShowShare& progress = {});
 

@@ -25,7 +25,7 @@ struct NamedMethod {
     tracking::MethodParams<double> params;
 };
 
-constexpr std::array kMethods{
+inline constexpr std::array kMethods{
     NamedMethod{"direct", tracking::DirectParams{}},
     NamedMethod{"previous", tracking::PreviousParams{tracking::PreviousParams::Form::vectors}},
     NamedMethod{"previous-angles", tracking::PreviousParams{tracking::PreviousParams::Form::angles}},

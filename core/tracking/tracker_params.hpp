@@ -32,7 +32,7 @@ struct CommonParams {
     Scalar quadrature_lag_s = Scalar(1e-4);  // quadrature that motion causes, over the rate X'; set_plan() computes it
     Scalar max_deviation_m = Scalar(0.02);   // standard deviation of the position (3D) above which a pose is invalid
     Microseconds lost_after{100'000};        // without a valid pose
-    Microseconds search_after{1'000'000};    // without a valid pose; then the last pose is forgotten
+    Microseconds search_after{1'000'000};    // without a valid pose; then a matrix tracker forgets the last one
 };
 
 /// DirectTracker: closed-form maximum-likelihood pose of each complete signal matrix.

@@ -126,6 +126,20 @@ TEST_F(FreeMotion, OldSpellingsWorkWithANotice) {
               "tricoil: --grid and --pivot: each is a calibration of its own; choose tricoil calibrate grid or tricoil calibrate "
               "pivot\n");
     EXPECT_EQ(tricoil("calibrate gird " + kMotion).err.find("tricoil: unknown command 'gird'; did you mean 'grid'?"), 0U);
+    const auto is_refused = [](const std::string& options, const std::string& what) {
+        const auto result = tricoil("calibrate " + options);
+        EXPECT_EQ(result.exit_code, 2) << options;
+        EXPECT_NE(result.err.find(what), std::string::npos) << result.err;
+        EXPECT_EQ(result.err.find("spelling"), std::string::npos) << result.err;
+    };
+    is_refused("--json", "unknown option '--json'; see tricoil calibrate --help");
+    is_refused("--json grid " + kMotion, "--json");
+    EXPECT_NE(tricoil("calibrate missing.csv --grid --spacing-mm 50" + out).err.find("missing.csv: cannot be"),
+              std::string::npos);
+    for (const char* spacing : {"0", "-200", "nan"}) {
+        is_refused("surroundings --calibration " + kOut + " --spacing-mm " + spacing + " " + kMotion + " --out x.toml",
+                   "--spacing-mm must be between 1 and 1000");
+    }
     EXPECT_EQ(tricoil("calibrate").err.find("tricoil: tricoil calibrate needs a command: stage, converters, grid"), 0U);
 }
 

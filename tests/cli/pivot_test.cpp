@@ -115,6 +115,9 @@ TEST_F(Pointer, FilesWithoutPosesAreNamed) {
     refuse("{\n", ":1: is not a line of JSON");
     expect_pivot_refused("calibrate pivot " + kCsv + " --sensor 2", "has no poses of sensor 2");
     expect_pivot_refused("calibrate pivot /nowhere", "/nowhere");
+    const std::string before = read_file(kCsv);
+    expect_pivot_refused("calibrate pivot " + kCsv + " --out " + kCsv, "--out " + kCsv + ": is also an input file");
+    EXPECT_EQ(read_file(kCsv), before);
     expect_pivot_refused("calibrate pivot " + kCsv + " " + kCsv, "DATA is given 2 times; give it once");
     expect_pivot_refused("calibrate pivot --spacing-mm 5 " + kCsv, "is an option of tricoil calibrate grid");
     expect_pivot_refused("calibrate stage --sensor 1 --out x.toml " + kCsv, "is an option of tricoil calibrate pivot");

@@ -52,6 +52,30 @@ TEST(Smooth, TwoBandsStayFreeOfMetal) {
     EXPECT_GT(result.json()["position_std_m"].get<double>(), 0.3 * live["smoothed_position_rms_m"].get<double>());
 }
 
+/// Frames with a fault do not reach the filter.
+TEST(Smooth, AFaultOfTwoBandsEndsAnInterval) {
+    const std::string take = path_in_temp("smooth_fault");
+    std::filesystem::remove_all(take);
+    ASSERT_EQ(
+        tricoil("run --duration 1 --fidelity columns --mux dual-band --tracker dual-band --fault open_coil:S2@0.5-0.52 --out " +
+                take + ".csv --record " + take)
+            .exit_code,
+        0);
+    ASSERT_EQ(tricoil("smooth " + take + " --out " + take + ".smooth.csv").exit_code, 0);
+    const CsvTable live(read_file(take + ".csv"));
+    const CsvTable smoothed(read_file(take + ".smooth.csv"));
+    ASSERT_EQ(live.rows(), smoothed.rows());
+    int faults = 0;
+    for (std::size_t row = 0; row < live.rows(); ++row) {
+        EXPECT_GE(smoothed.number(row, "cov_xx"), 0) << row;
+        if (live.text(row, "flag_names").find("no_reference") != std::string::npos) {
+            ++faults;
+            EXPECT_EQ(smoothed.number(row, "x_m"), live.number(row, "x_m")) << row;
+        }
+    }
+    EXPECT_GT(faults, 2);
+}
+
 TEST(Smooth, BadInputIsRefusedInOneLine) {
     const std::string take = path_in_temp("smooth_short");
     std::filesystem::remove_all(take);

@@ -2,21 +2,33 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <sstream>
 
+#include "core/linear/quaternion.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/support/csv_table.hpp"
 
 namespace tricoil::test {
 namespace {
 
-/// Options of a stage, and the unit and angles of its poses.
+/// Position and attitude, m.
+struct Place {
+    Vec3<double> p;
+    Quat<double> q;
+};
+
+/// Options of a stage, and its effect: on a pose of a sensor, with the pose of the second sensor at the same time and the first
+/// pose of the sensor. Unit and angles of the poses.
 struct Stage {
     const char* name;
     std::string options;
+    Place (*effect)(int sensor, const Place& pose, const Place& second, const Place& first);
+    double units_per_m = 1;
     std::string unit = "m";
     std::string euler = "";  // NOLINT(readability-redundant-string-init): a stage may leave it out
 };
@@ -42,6 +54,33 @@ std::vector<Field> fields_of(const Stage& stage) {
         fields.push_back({name + "_deg", {name + "_1_deg", name + "_2_deg", name + "_3_deg"}});
     }
     return fields;
+}
+
+Place place(const CsvTable& poses, std::size_t row, const std::string& unit) {
+    const auto number = [&](const std::string& name) { return poses.number(row, name); };
+    return {{number("x_" + unit), number("y_" + unit), number("z_" + unit)},
+            {number("qw"), number("qx"), number("qy"), number("qz")}};
+}
+
+/// `seen` against the effect of the stage on `raw`, the same poses without one. The sensors take turns.
+void expect_effect(const CsvTable& raw, const CsvTable& seen, const Stage& stage) {
+    ASSERT_EQ(raw.rows(), seen.rows());
+    std::array<std::optional<Place>, 2> first;
+    for (std::size_t row = 0; row + 1 < raw.rows(); row += 2) {
+        for (const std::size_t n : {row, row + 1}) {
+            const auto sensor = static_cast<std::size_t>(raw.number(n, "sensor"));
+            ASSERT_EQ(seen.number(n, "time_us"), raw.number(n, "time_us"));
+            if (raw.number(n, "valid") == 0 || raw.number(row + 1, "valid") == 0) {
+                continue;
+            }
+            const Place pose = place(raw, n, "m");
+            first.at(sensor) = first.at(sensor).value_or(pose);
+            const Place expected = stage.effect(static_cast<int>(sensor), pose, place(raw, row + 1, "m"), *first.at(sensor));
+            const Place found = place(seen, n, stage.unit);
+            EXPECT_LT((found.p / stage.units_per_m - expected.p).norm(), 1e-12) << n;
+            EXPECT_NEAR(std::abs(found.q.dot(expected.q)), 1, 1e-12) << n;
+        }
+    }
 }
 
 double number_of(const nlohmann::json& value) { return value.is_null() ? std::nan("") : value.get<double>(); }
@@ -81,10 +120,24 @@ std::size_t expect_same_table(const CsvTable& csv, const CsvTable& other, const 
             }
         }
         if (has_covariance) {
-            EXPECT_NEAR(std::sqrt(other.number(row, "cov_yy")) / csv.number(row, "std_y_" + stage.unit), 1, 1e-9);
+            const double deviation = csv.number(row, "std_y_" + stage.unit);
+            EXPECT_NEAR(std::sqrt(other.number(row, "cov_yy")), deviation, 1e-9 * deviation);
         }
     }
     return other.rows();
+}
+
+/// Velocities against the differences of the positions.
+void expect_rates(const CsvTable& path, const Stage& stage) {
+    for (std::size_t row = 100; row + 4 < path.rows(); ++row) {
+        const Vec3<double> step = place(path, row + 2, stage.unit).p - place(path, row, stage.unit).p;
+        const double step_s = 1e-6 * (path.number(row + 2, "time_us") - path.number(row, "time_us"));
+        for (const auto& [axis, begin] : {std::pair{0, "vx_"}, {1, "vy_"}, {2, "vz_"}}) {
+            const std::string name = begin + stage.unit + "_s";
+            const double mean = (path.number(row, name) + path.number(row + 2, name)) / 2;
+            EXPECT_NEAR(step[axis] / step_s, mean, 0.02 * stage.units_per_m) << row << name;
+        }
+    }
 }
 
 class StreamContract : public ::testing::TestWithParam<Stage> {};
@@ -96,6 +149,7 @@ TEST_P(StreamContract, EveryOutputHasTheSameFieldsAndNumbers) {
     const std::string run = "run --duration 0.7 --stations 2 " + stage.options;
     ASSERT_EQ(tricoil(run + " --out " + take + ".csv --record " + take).exit_code, 0);
     const CsvTable csv(read_file(take + ".csv"));
+    expect_effect(CsvTable(tricoil("run --duration 0.7 --stations 2 --out -").out), csv, stage);
     const std::string of_take = " " + take + " " + stage.options;
     struct Cell {
         const char* output;
@@ -116,18 +170,54 @@ TEST_P(StreamContract, EveryOutputHasTheSameFieldsAndNumbers) {
     }
     const auto smooth = tricoil("smooth" + of_take + " --out " + take + ".smooth.csv");
     EXPECT_EQ(smooth.exit_code, 0) << smooth.err;
-    EXPECT_GT(CsvTable(read_file(take + ".smooth.csv")).number(0, "cov_xx"), 0);
+    const CsvTable path(read_file(take + ".smooth.csv"));
+    EXPECT_EQ(path.rows(), csv.rows());
+    if (stage.options.find("relative") == std::string::npos) {
+        expect_rates(path, stage);
+    }
     for (const std::string& other : {"--to mat --out " + take + ".mat", "--to mcap --out " + take + ".mcap"}) {
         EXPECT_EQ(tricoil("convert" + of_take + " " + other).exit_code, 0) << other;
     }
 }
 
+// Effects of the stages, as their help describes them.
+Place unchanged(int /*sensor*/, const Place& pose, const Place& /*second*/, const Place& /*first*/) { return pose; }
+Place at_tip(int sensor, const Place& pose, const Place& /*second*/, const Place& /*first*/) {
+    const Vec3<double> tip = sensor == 0 ? Vec3<double>(0.1, 0, 0.02) : Vec3<double>::Zero();
+    return {pose.p + pose.q * tip, pose.q};
+}
+Place relative(int /*sensor*/, const Place& pose, const Place& second, const Place& /*first*/) {
+    return {second.q.conjugate() * Vec3<double>(pose.p - second.p), second.q.conjugate() * pose.q};
+}
+/// Axes: x' is x + y, z' is x - y, as the third point is above the origin.
+Place aligned(int /*sensor*/, const Place& pose, const Place& /*second*/, const Place& /*first*/) {
+    Mat3<double> axes;
+    axes << M_SQRT1_2, M_SQRT1_2, 0, 0, 0, 1, M_SQRT1_2, -M_SQRT1_2, 0;
+    return {axes * Vec3<double>(pose.p - Vec3<double>(0.1, 0, 0)), Quat<double>(axes) * pose.q};
+}
+Place boresighted(int /*sensor*/, const Place& pose, const Place& /*second*/, const Place& first) {
+    return {pose.p, pose.q * first.q.conjugate()};
+}
+Place at_tip_and_aligned(int sensor, const Place& pose, const Place& second, const Place& first) {
+    return aligned(sensor, at_tip(sensor, pose, second, first), second, first);
+}
+Place relative_and_boresighted(int sensor, const Place& pose, const Place& second, const Place& first) {
+    // All stand still relative to each other at first: the first relative attitude is that of the first poses.
+    const Place seen = relative(sensor, pose, second, first);
+    static std::array<std::optional<Quat<double>>, 2> of_sensor;
+    auto& zero = of_sensor.at(static_cast<std::size_t>(sensor));
+    zero = zero.value_or(seen.q);
+    return {seen.p, seen.q * zero->conjugate()};
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Stages, StreamContract,
-    ::testing::Values(Stage{"none", ""}, Stage{"tip", "--tip 0.1,0,0.02"}, Stage{"relative", "--relative-to 2"},
-                      Stage{"align", "--align 0.1,0,0,0.2,0.1,0,0.1,1,0.3"}, Stage{"boresight", "--boresight"},
-                      Stage{"units", "--units mm", "mm"}, Stage{"euler", "--euler zyx", "m", "zyx"},
-                      Stage{"all", "--tip 0.1,0,0 --relative-to 2 --boresight --units in --euler xyz", "in", "xyz"}),
+    ::testing::Values(
+        Stage{"none", "", unchanged}, Stage{"tip", "--tip 0.1,0,0.02", at_tip}, Stage{"relative", "--relative-to 2", relative},
+        Stage{"align", "--align 0.1,0,0,0.2,0.1,0,0.1,0,0.3", aligned}, Stage{"boresight", "--boresight", boresighted},
+        Stage{"units", "--units mm", unchanged, 1e3, "mm"}, Stage{"euler", "--euler zyx", unchanged, 1, "m", "zyx"},
+        Stage{"aligned_tip", "--tip 0.1,0,0.02 --align 0.1,0,0,0.2,0.1,0,0.1,0,0.3", at_tip_and_aligned},
+        Stage{"all", "--relative-to 2 --boresight --units in --euler xyz", relative_and_boresighted, 1 / 0.0254, "in", "xyz"}),
     [](const auto& stage) { return std::string(stage.param.name); });
 
 TEST(Stream, WrongCombinationsNameTheFact) {
@@ -141,6 +231,11 @@ TEST(Stream, WrongCombinationsNameTheFact) {
              {"convert " + take + " --to rests --boresight", "which has couplings, not poses"},
              {"plot " + take + ".csv --boresight", "--boresight: no output for its poses; a table is drawn as it is"},
              {"plot " + take + " --euler zyx", "--euler: a picture has no angles"},
+             {"plot " + take + " --boresight", "--boresight: a picture has no angles"},
+             {"plot " + take + " --relative-to 2", "--relative-to 2: must be the number of a sensor, 1 to 1"},
+             {"serve " + take + " --osc 12000 --units mm", "--units: no output with units"},
+             {"serve " + take + " --web 0 --align 0,0,0,1,0,0,0,1,0", "--align: not with --web"},
+             {"serve " + take + " --json-lines - --json-lines -", "--json-lines -: given twice"},
              {"serve " + take + " --json-lines - --scenario still", "--scenario: not with a recording, which has its own"},
              {"serve " + take + " --json-lines - --device can:none", "--device: not with a recording"},
              {"serve " + take + "_missing --json-lines -", "contract_refused_missing"},

@@ -123,6 +123,17 @@ TEST(RelativePoses, SurviveARestartOfTheDevicesClock) {
     EXPECT_TRUE(again[0].valid());
 }
 
+TEST(RelativePoses, AreCompleteAtTheEnd) {
+    std::vector<tracking::PoseEstimate<double>> out;
+    host::RelativePoses poses(1, [&](const auto& pose) { out.push_back(pose); });
+    poses.take(pose_of(1, 1000, 3));
+    poses.take(pose_of(0, 2000, 5));
+    EXPECT_EQ(out.size(), 1U);
+    poses.finish();
+    ASSERT_EQ(out.size(), 2U);
+    EXPECT_TRUE(out[1].flags.has(PoseFlag::stale)) << "the reference has no pose that is as new";
+}
+
 TEST(RelativePoses, GiveContinuousQuaternions) {
     Collector collector;
     for (int n = 0; n < 400; ++n) {

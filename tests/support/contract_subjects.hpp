@@ -1,4 +1,4 @@
-// Trackers of every method and number type behind one interface, for tests of what they have in common. The sensor is on the x
+// Trackers of every method and number type behind one interface, for the contract tests. The sensor is on the x
 // axis with the attitude of the source; coupling constant 1.
 #pragma once
 

@@ -188,11 +188,15 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
 
 }  // namespace
 
-GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere,
-                                  FitModel model) {
+void check_spacing(double spacing_m) {
     if (!(spacing_m >= 1e-3 && spacing_m <= 1)) {
         throw InputError(fmt::format("--spacing-mm must be between 1 and 1000; got {}", 1e3 * spacing_m));
     }
+}
+
+GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere,
+                                  FitModel model) {
+    check_spacing(spacing_m);
     const double extent_m = spacing_m * extent_of(frames);
     GridCalibration result = model == FitModel::concentric ? ideal_triads(frames, spacing_m, hemisphere)
                                                            : coils_with_positions(frames, spacing_m, hemisphere, model);

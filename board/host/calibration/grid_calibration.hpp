@@ -23,6 +23,9 @@ struct GridCalibration {
     std::size_t outliers = 0;           // column frames; only with positions of the coils
 };
 
+/// Throws InputError for a spacing outside 1 mm to 1 m.
+void check_spacing(double spacing_m);
+
 /// Estimates the coils as from free motion, the coupling constant from the grid's spacing, and the pivot of each file from column
 /// frames in several attitudes. The attitudes need not be known. Ideal triads (concentric) are fitted to nodes and couplings
 /// together; positions and sizes of coils first to the couplings, then the scale to the nodes. hemisphere: half space (source

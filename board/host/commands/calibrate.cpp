@@ -34,6 +34,8 @@ void write_files(const CalibrationFiles& files, const CalibrationFile& file) {
     out.commit();
 }
 
+}  // namespace
+
 void check_files(const CalibrationFiles& files) {
     for (const std::vector<std::string>& inputs : {files.data, {files.calibration}, {files.converters_from}}) {
         refuse_input_as_output("--out", files.out, inputs);
@@ -47,6 +49,8 @@ void check_files(const CalibrationFiles& files) {
         throw InputError("--out and --blob name the same file; choose two files");
     }
 }
+
+namespace {
 
 /// A blob without errors of the converters ends the correction by a board that stores some. Such a board sends no levels; there
 /// are none in FDM either.
@@ -92,12 +96,19 @@ const OldKind* old_kind(std::string_view option) {
     return option.empty() || found == std::end(kOldKinds) ? nullptr : found;
 }
 
-/// A bare word that names no file may be a mistyped kind.
+/// Neither help nor a kind of today, but an old kind or, without one, data. A bare word that names no file may be a mistyped
+/// kind.
 bool is_old_spelling(const std::vector<std::string>& words) {
-    const auto is_help = [](const std::string& word) { return word == "--help" || word == "-h"; };
-    return words.size() > 1 && std::ranges::none_of(words, is_help) &&
-           std::ranges::find(kOldKinds, words[1], &OldKind::kind) == std::end(kOldKinds) &&
-           (words[1].starts_with('-') || std::filesystem::exists(words[1]));
+    const std::vector<std::string> given(words.begin() + 1, std::find(words.begin(), words.end(), "--"));
+    const auto is_of_today = [](const std::string& word) {
+        return word == "--help" || word == "-h" || std::ranges::find(kOldKinds, word, &OldKind::kind) != std::end(kOldKinds);
+    };
+    if (given.empty() || std::ranges::any_of(given, is_of_today)) {
+        return false;
+    }
+    const auto is_file = [](const std::string& word) { return std::filesystem::exists(word); };
+    return std::ranges::any_of(given, old_kind) || is_file(given[0]) ||
+           (given[0].starts_with('-') && std::any_of(words.begin() + 1, words.end(), is_file));
 }
 
 /// The kind of both; a grid is also data of surroundings. Throws InputError for any other two.

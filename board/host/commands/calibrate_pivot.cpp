@@ -32,6 +32,7 @@ std::string pivot_text(const Json& r) {
 }
 
 int calibrate_tip(const PivotCommand& command) {
+    check_files(command.files);
     const PivotRecord record = read_pivot_poses(command.files.data.front(), command.sensor);
     print_result(pivot_result(record, command.files.out), command.files.json, pivot_text);
     return to_int(ExitCode::fine);

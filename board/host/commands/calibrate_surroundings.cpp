@@ -2,6 +2,7 @@
 
 #include "board/host/calibration/converter_correction.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
+#include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/calibration/surroundings_calibration.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/support/errors.hpp"
@@ -38,6 +39,7 @@ CalibrationFile read_coils(const std::string& path) {
 SurroundingsData read_data(const SurroundingsCommand& command, const CalibrationFile& coils, Json& result) {
     const Mat3<double>& phase_rad = coils.calibration.phase_rad;
     if (command.spacing_mm) {
+        check_spacing(1e-3 * *command.spacing_mm);
         const auto& known = coils.calibration.hemisphere;
         auto frames = read_grids(command.files.data, command.nodes);
         result["unknown_levels"] = correct_converters(frames, coils.calibration.converters).unknown;

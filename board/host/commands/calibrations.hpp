@@ -42,6 +42,8 @@ struct CalibrationReport {
     std::vector<std::string> warnings;
 };
 
+/// Throws InputError if an output replaces an input or the other output.
+void check_files(const CalibrationFiles& files);
 /// Adds a kind with its data and --json.
 CLI::App* add_kind(CLI::App* calibrate, const std::string& name, const std::string& what, CalibrationFiles& files,
                    const std::string& data);

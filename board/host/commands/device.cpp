@@ -174,8 +174,8 @@ int send_calibration(const DeviceCommand& command) {
         throw InputError(command.file + ": cannot be read; give a file written by tricoil calibrate with --blob");
     }
     if (const auto calibration = calibration::decode(blob); !calibration.ok()) {
-        throw InputError(
-            fmt::format("{}: {}; give a file written by tricoil calibrate with --blob", command.file, calibration.status().message()));
+        throw InputError(fmt::format("{}: {}; give a file written by tricoil calibrate with --blob", command.file,
+                                     calibration.status().message()));
     }
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     inquiry.write_calibration(blob);

@@ -215,8 +215,7 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
         ->capture_default_str();
     sub->add_option("--stage-from", c->stage_from,
                     "Remove the errors of the stage that another calibration of the same stage found (calibrate stage --stage), "
-                    "without its "
-                    "stray field")
+                    "without its stray field")
         ->check(refuse_empty)
         ->type_name(kFileType);
     sub->add_flag("--refit-fixtures", c->refit_fixtures,

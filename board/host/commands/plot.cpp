@@ -1,4 +1,5 @@
 // tricoil plot: draws the poses of a recording or a CSV file.
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -8,13 +9,13 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/stage_options.hpp"
 #include "board/host/figures/pose_picture.hpp"
+#include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/line_reader.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
-#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -47,10 +48,14 @@ int plot(const PlotCommand& command) {
     }
     if (!fs::is_directory(command.poses)) {
         refuse_without_output(command.stage_options, false, "a table is drawn as it is: give the folder of a recording");
+    } else {
+        check_reference(command.stages, Recording(command.poses).sensors());
     }
-    check_reference(command.stages, tracking::kMaxSensors);
-    if (!command.stages.euler.empty()) {
-        throw InputError("--euler: a picture has no angles; use --euler of tricoil convert");
+    for (const auto& [is_given, option] :
+         {std::pair{command.stages.boresight, "--boresight"}, {!command.stages.euler.empty(), "--euler"}}) {
+        if (is_given) {
+            throw InputError(fmt::format("{0}: a picture has no angles; use {0} of tricoil convert", option));
+        }
     }
     const PoseTable table = read_pose_table(command.poses, command.stages);
     const InterruptGuard guard;

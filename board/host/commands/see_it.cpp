@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
+#include <string_view>
+
 #include "board/command_line/option_words.hpp"
 #include "board/support/shell_word.hpp"
 
@@ -31,8 +35,9 @@ std::string option_words(const CLI::Option& option) {
 std::string see_it_command(const CLI::App& run, const std::vector<const CLI::Option*>& shared) {
     std::string words = shell_word(run.get_parent()->get_name()) + " serve --web 8080";
     for (const CLI::Option* option : shared) {
-        const std::string name = shown_name(*option);
-        words += option->count() > 0 && name != "--duration" && name != "--record" ? option_words(*option) : "";
+        constexpr std::array<std::string_view, 5> kNotOfThePage{"--duration", "--record", "--units", "--euler", "--align"};
+        const bool is_of_page = std::ranges::find(kNotOfThePage, shown_name(*option)) == kNotOfThePage.end();
+        words += option->count() > 0 && is_of_page ? option_words(*option) : "";
     }
     return words;
 }

@@ -175,7 +175,10 @@ json_lines::StdoutSender* add_outputs(const ServeCommand& command, Controls cont
         server.add(std::move(output.service));
     }
     for (const std::string& where : command.json_lines) {
-        if (where == json_lines::kStandardOutput) {
+        if (where == kStandardOutput) {
+            if (to_standard_output != nullptr) {
+                throw InputError("--json-lines -: given twice; standard output can have the poses once");
+            }
             auto sender = std::make_unique<json_lines::StdoutSender>(units);
             to_standard_output = sender.get();
             server.add(std::move(sender));
@@ -308,12 +311,16 @@ int serve_recording(const Recording& recording, const std::string& tracker, trac
     TrackerStage trackers(tap);
     RecordingPlayer player(recording, settings_of(recording, tracker), trackers);
     ready();
-    std::optional<DeviceTime> last;
-    Clock::time_point due = Clock::now();  // of `last`
+    bool has_time = false;                 // since the clock of the device started
+    DeviceTime newest{};                   // times of several sensors may go back by a little
+    Clock::time_point due = Clock::now();  // of `newest`
     while (!guard.interrupted() && player.read()) {
+        has_time = has_time && !player.begins();
         if (const auto time = player.time()) {
-            due += std::chrono::microseconds(last ? std::max<std::int64_t>((*time - *last).count(), 0) : 0);
-            last = time;
+            const DeviceTime before = has_time ? newest : *time;
+            newest = std::max(before, *time);
+            due += std::chrono::microseconds((newest - before).count());
+            has_time = true;
         }
         for (auto now = Clock::now(); !guard.interrupted() && (paused() || now < due); now = Clock::now()) {
             (void)control.take();  // the hemisphere is part of the recording
@@ -371,10 +378,32 @@ int run_source(const ServeCommand& command, const std::optional<Recording>& reco
                                       : serve_simulation(*command.run, hub, taps, control, notice, ready);
 }
 
+/// Options of poses that no output of the command has.
+void refuse_unused(const ServeCommand& command) {
+    const OutputOptions& options = command.run->options.output;
+    const bool has_text =
+        !command.json_lines.empty() || !command.websocket.empty() || (command.run->json && is_on_device(*command.run));
+    if (!has_text && (options.unit != OutputOptions{}.unit || !options.euler.empty())) {
+        throw InputError(fmt::format("{}: no output with units and angles of its own; add --json-lines or --websocket",
+                                     options.euler.empty() ? "--units" : "--euler"));
+    }
+    if (!command.web.empty() && !options.align_points.empty()) {
+        throw InputError("--align: not with --web, whose picture has the source as its origin; use --json-lines or --websocket");
+    }
+}
+
+/// Why clients cannot set the hemisphere by the position that they see; empty: they can.
+std::string hemisphere_refusal(const ServeCommand& command) {
+    return !command.recording.empty()                     ? "the hemisphere is part of the recording"
+           : command.run->options.output.relative_to != 0 ? "relative poses do not show the hemisphere: use --hemisphere"
+                                                          : "";
+}
+
 int run_serve(const ServeCommand& command) {
     check_components(command);
+    refuse_unused(command);
     refuse_fixed_method(command.run->options.tracker);
-    TrackerControl control;
+    TrackerControl control(hemisphere_refusal(command));
     const auto recording = open_recording(command);
     if (recording || is_on_device(*command.run)) {
         check_reference(command.run->options.output, recording ? recording->sensors() : tracking::kMaxSensors);
@@ -408,6 +437,7 @@ int run_serve(const ServeCommand& command) {
         summary.emplace();
     }
     const int result = run_source(command, recording, server.hub(), taps, control, notice, ready);
+    stages.finish();
     server.stop();
     if (summary) {
         print_notice(summary->text());
@@ -446,8 +476,7 @@ void add_serve_command(CLI::App* sub, Action& action) {
         "the sensors");
     sub->add_option("--json-lines", command->json_lines,
                     "Each pose as a line of JSON: to clients of tcp:[ADDRESS:]PORT, as a datagram to udp:[HOST:]PORT, or to "
-                    "standard output "
-                    "(-); repeatable")
+                    "standard output (-); repeatable")
         ->check(refuse_empty);
     sub->add_option("--websocket", command->websocket, "Each pose as a JSON message to WebSocket clients of [ADDRESS:]PORT")
         ->check(refuse_empty);

@@ -117,6 +117,7 @@ int smooth(const SmoothCommand& command) {
     }
     tap.finish();
     merge.finish();
+    stages->finish();
     if (totals.poses < 2) {
         throw InputError(
             fmt::format("{}: has {} poses; at least two are needed: record a longer run", command.recording, totals.poses));

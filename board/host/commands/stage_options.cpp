@@ -27,7 +27,7 @@ std::vector<const CLI::Option*> add_stage_options(CLI::App* sub, OutputOptions& 
             ->delimiter(',')
             ->expected(9)
             ->type_name("POINTS"),
-        sub->add_flag("--boresight", o.boresight, "The attitude of the first valid pose becomes zero"),
+        sub->add_flag("--boresight", o.boresight, "The attitude of the first valid pose of each sensor becomes zero"),
         one_of(sub->add_option("--units", o.unit, "Unit of positions in CSV and JSON"), {"m", "mm", "cm", "in"})
             ->capture_default_str(),
         sub->add_option("--euler", o.euler, "CSV and JSON: add Euler angles (intrinsic) in this order of axes, for example zyx")

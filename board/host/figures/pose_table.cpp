@@ -34,6 +34,7 @@ PoseTable table_of_recording(const std::string& folder, const OutputOptions& opt
         progress.show(lines.share());
         stages.pose(parse_pose(line, lines.where()));
     }
+    stages.finish();
     return table;
 }
 

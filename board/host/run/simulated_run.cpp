@@ -355,6 +355,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
             run_in_double(board, report);
         }
     }
+    stages->finish();
     if (csv) {
         csv->commit();
     }

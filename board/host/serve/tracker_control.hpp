@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <mutex>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,11 @@ public:
         std::uint8_t sensor = 0;
         Vec3<double> towards = Vec3<double>::Zero();
     };
+
+    /// hemisphere_refusal: text for clients that set the hemisphere by the position of a pose; empty: they can.
+    explicit TrackerControl(std::string hemisphere_refusal = "") : hemisphere_refusal_(std::move(hemisphere_refusal)) {}
+
+    [[nodiscard]] const std::string& hemisphere_refusal() const { return hemisphere_refusal_; }
 
     void set_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
         const std::lock_guard lock(mutex_);
@@ -42,6 +48,7 @@ public:
     }
 
 private:
+    std::string hemisphere_refusal_;
     std::atomic<bool> running_ = true;
     std::mutex mutex_;
     std::vector<Hemisphere> requests_;  // at most one per sensor

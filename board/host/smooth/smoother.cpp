@@ -60,7 +60,15 @@ Vec3<double> in_source_frame(const Vec3<double>& vector, const tracking::AnyTrac
 
 void Smoother::add(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker) {
     const bool begins = begins_interval(estimate, tracker);
-    steps_.push_back({estimate, *tracker.filter_state(), begins});
+    add({estimate, *tracker.filter_state(), begins}, tracker);
+}
+
+void Smoother::add_unsmoothed(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker) {
+    add({estimate, {}, true}, tracker);
+}
+
+void Smoother::add(const Step& step, const tracking::AnyTracker<double>& tracker) {
+    steps_.push_back(step);
     if (steps_.size() == kPiece + kFollowing) {
         smooth_first(kPiece, tracker);
     }
@@ -69,11 +77,10 @@ void Smoother::add(const tracking::PoseEstimate<double>& estimate, const trackin
 void Smoother::finish(const tracking::AnyTracker<double>& tracker) { smooth_first(steps_.size(), tracker); }
 
 bool Smoother::begins_interval(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker) {
-    const tracking::TrackerCounters& c = tracker.counters();
-    const std::uint64_t restarts = c.clock_restarts + c.covariance_inflations;
-    const bool restarted = std::exchange(restarts_, restarts) != restarts;
+    const std::uint64_t inflations = tracker.counters().covariance_inflations;
+    const bool is_inflated = std::exchange(inflations_, inflations) != inflations;
     const int run = tracker.filter_state()->run;
-    return restarted || run == 0 || steps_.empty() || steps_.back().filter.run != run ||
+    return is_inflated || run == 0 || steps_.empty() || steps_.back().filter.run != run ||
            estimate.time < steps_.back().filtered.time;
 }
 

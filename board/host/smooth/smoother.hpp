@@ -29,6 +29,9 @@ public:
     /// A pose that update() of `tracker` has just returned. The tracker must be a filter, without prediction.
     void add(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker);
 
+    /// A pose that the filter did not get. It is delivered as it is, and ends an interval.
+    void add_unsmoothed(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker);
+
     /// Smooths and delivers the remaining poses. add() may follow, also with a new tracker.
     void finish(const tracking::AnyTracker<double>& tracker);
 
@@ -39,6 +42,7 @@ private:
         bool begins = false;  // an interval: the state does not follow from the one before
     };
 
+    void add(const Step& step, const tracking::AnyTracker<double>& tracker);
     [[nodiscard]] bool begins_interval(const tracking::PoseEstimate<double>& estimate,
                                        const tracking::AnyTracker<double>& tracker);
     static SmoothedPose reported(const Step& step, const tracking::scaat::State<double>& smoothed,
@@ -47,7 +51,7 @@ private:
 
     Receiver receiver_;
     std::vector<Step> steps_;
-    std::uint64_t restarts_ = 0;  // of the filter, and inflations of its covariance, until the last pose
+    std::uint64_t inflations_ = 0;  // of the covariance of the filter, until the last pose
 };
 
 }  // namespace tricoil::host

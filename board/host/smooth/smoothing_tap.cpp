@@ -52,8 +52,7 @@ std::optional<Pose> SmoothingTap::Sensor::filter_without_metal(const Pose& pose)
     if (pose.flags.has_any(tracking::kFaultFlags | kNoSide)) {
         return std::nullopt;
     }
-    if (filter->state() != tracking::TrackerState::tracking ||
-        filter->filter_state()->state.position_m.dot(pose.position_m) < 0) {
+    if (filter->filter_state()->run == 0 || filter->filter_state()->state.position_m.dot(pose.position_m) < 0) {
         (void)filter->set_hemisphere(pose.position_m);
     }
     const double sigma = noise(pose, coupling_constant);
@@ -92,16 +91,15 @@ void SmoothingTap::Sensor::take(const Column<double>& column) {
         }
         return;
     }
-    auto pose = both_bands->update(column);
+    const auto pose = both_bands->update(column);
     if (!pose) {
         return;
     }
     if (const auto filtered = filter_without_metal(*pose)) {
-        pose = filtered;
+        smoother.add(*filtered, *filter);
     } else {
-        pose->state = tracking::TrackerState::searching;  // an interval ends here
+        smoother.add_unsmoothed(*pose, *filter);
     }
-    smoother.add(*pose, *filter);
 }
 
 void SmoothingTap::finish() {

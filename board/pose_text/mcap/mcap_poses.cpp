@@ -37,11 +37,11 @@ std::string pose_schema(const PoseUnits& units) {
     return Json{{"title", "tricoil.Pose"}, {"type", "object"}, {"properties", properties}}.dump();
 }
 
-std::string pose_in_frame(const tracking::PoseEstimate<double>& pose, std::uint64_t time_ns) {
+std::string pose_in_frame(const tracking::PoseEstimate<double>& pose, std::uint64_t time_ns, const std::string& frame) {
     const Vec3<double>& p = pose.position_m;
     const Quat<double>& q = pose.q_source_sensor;
     return Json{{"timestamp", {{"sec", time_ns / kNanosecondsPerSecond}, {"nsec", time_ns % kNanosecondsPerSecond}}},
-                {"frame_id", "source"},
+                {"frame_id", frame},
                 {"pose",
                  {{"position", {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}}},
                   {"orientation", {{"x", q.x()}, {"y", q.y()}, {"z", q.z()}, {"w", q.w()}}}}}}
@@ -50,8 +50,8 @@ std::string pose_in_frame(const tracking::PoseEstimate<double>& pose, std::uint6
 
 }  // namespace
 
-McapPoses::McapPoses(std::function<void(std::string_view)> put, PoseUnits units)
-    : writer_(std::move(put), "tricoil"), units_(std::move(units)) {}
+McapPoses::McapPoses(std::function<void(std::string_view)> put, PoseUnits units, std::string frame)
+    : writer_(std::move(put), "tricoil"), units_(std::move(units)), frame_(std::move(frame)) {}
 
 void McapPoses::add(const tracking::PoseEstimate<double>& pose) {
     auto& channels = sensors_.at(pose.sensor);
@@ -65,7 +65,7 @@ void McapPoses::add(const tracking::PoseEstimate<double>& pose) {
     std::array<char, kLongestPoseText> text;
     writer_.add_message(channels->tracker, pose.sequence, time_ns, {text.data(), put_json({pose}, kPoseForm, units_, text)});
     if (pose.valid()) {
-        writer_.add_message(channels->pose, pose.sequence, time_ns, pose_in_frame(pose, time_ns));
+        writer_.add_message(channels->pose, pose.sequence, time_ns, pose_in_frame(pose, time_ns, frame_));
     }
 }
 

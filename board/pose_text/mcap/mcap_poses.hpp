@@ -13,11 +13,11 @@
 namespace tricoil::host {
 
 /// Two topics for each sensor N: /sensorN/tracker has all poses with the fields of JSON lines (schema tricoil.Pose);
-/// /sensorN/pose has the valid poses as foxglove.PoseInFrame, frame_id "source". Times are those of the poses, in ns.
+/// /sensorN/pose has the valid poses as foxglove.PoseInFrame. Times are those of the poses, in ns.
 class McapPoses {
 public:
-    /// units: of /sensorN/tracker.
-    McapPoses(std::function<void(std::string_view)> put, PoseUnits units);
+    /// units: of /sensorN/tracker; frame: frame_id of /sensorN/pose.
+    McapPoses(std::function<void(std::string_view)> put, PoseUnits units, std::string frame = "source");
 
     void add(const tracking::PoseEstimate<double>& pose);
     void finish() { writer_.finish(); }
@@ -29,6 +29,7 @@ private:
     };
     McapWriter writer_;
     PoseUnits units_;
+    std::string frame_;
     std::array<std::optional<Channels>, tracking::kMaxSensors> sensors_;
 };
 

@@ -33,7 +33,7 @@ std::optional<Rejection> invalid_field(const Column<Scalar>& column) {
     return std::nullopt;
 }
 
-/// A refused column is only counted.
+/// Result of admit().
 struct Admission {
     std::optional<Rejection> rejection;
     bool is_late = false;        // older than the newest column, but usable

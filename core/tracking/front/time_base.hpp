@@ -16,8 +16,8 @@ class TimeBase {
 public:
     enum class Verdict : std::uint8_t { in_order, late, restarted, duplicate, time_backwards, time_ahead };
 
-    /// max_lateness: largest age of a column relative to the newest; zero: none is older. longest_step: largest step ahead
-    /// without a second stamp.
+    /// max_lateness: largest age of a column relative to the newest; zero: every older column is refused. longest_step: largest
+    /// step ahead without a second stamp.
     TimeBase(Microseconds max_lateness, Microseconds longest_step) : max_lateness_(max_lateness), longest_step_(longest_step) {}
 
     /// Checks the stamp of a column of source coil 0-2 and stores it unless it is refused.

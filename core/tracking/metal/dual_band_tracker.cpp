@@ -54,6 +54,7 @@ void DualBandTracker::do_set_hemisphere(const Vec3<double>& towards) {
     bias_.clear();
 }
 
+/// Low-band columns that come before those of the high band of their frame are not used.
 void DualBandTracker::do_update_low(const Column<double>& column) {
     if (!awaits_low_ || column.midpoint != last_frame_ || invalid_field(column) || column.flags.has_any(kUnusable)) {
         return;

@@ -3,6 +3,16 @@
 
 namespace tricoil::tracking {
 
+/// Some trackers cannot use every correction.
+template <typename Scalar, typename Params>
+static Status check_correction(const Params& /*method*/, const calibration::CoilCorrection<Scalar>& correction) {
+    if constexpr (requires { TrackerOf<Scalar, Params>::check(correction); }) {
+        return TrackerOf<Scalar, Params>::check(correction);
+    } else {
+        return {};
+    }
+}
+
 template <typename Scalar>
 Status AnyTracker<Scalar>::check(const TrackerParams<Scalar>& params, const Calibration& coils) {
     Status status = tracking::check(params);
@@ -13,8 +23,8 @@ Status AnyTracker<Scalar>::check(const TrackerParams<Scalar>& params, const Cali
     if (status.ok() && !std::holds_alternative<ScaatParams<Scalar>>(params.method)) {
         const auto correction = calibration::CoilCorrection<Scalar>::ideal_triads(*coils);
         status = correction.status();
-        if (status.ok() && std::holds_alternative<DualBandParams>(params.method)) {
-            status = DualBandTracker::check(*correction);
+        if (status.ok()) {
+            status = std::visit([&](const auto& method) { return check_correction<Scalar>(method, *correction); }, params.method);
         }
     }
     return status;

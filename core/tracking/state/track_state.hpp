@@ -21,7 +21,7 @@ public:
         return std::exchange(state_, TrackerState::tracking) != TrackerState::tracking;
     }
 
-    /// There is no valid pose before `now`.
+    /// No valid pose since the last call of found() until `now`.
     template <typename Params>
     void missed(DeviceTime now, const Params& params) {
         if (state_ == TrackerState::tracking && is_older(params.lost_after, now)) {

@@ -29,11 +29,6 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
         update_low(column);
         return std::nullopt;
     }
-    return update_only(column);
-}
-
-template <typename Scalar>
-std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update_only(const Column<Scalar>& column) {
     Column<Scalar> corrected = column;
     const int coil = coil_index(column.state);
     if (correction_ && coil >= 0) {

@@ -79,7 +79,6 @@ private:
     virtual std::optional<PoseEstimate<Scalar>> do_tick(DeviceTime now) = 0;
     virtual void do_set_hemisphere(const Vec3<Scalar>& towards) = 0;
 
-    std::optional<PoseEstimate<Scalar>> update_only(const Column<Scalar>& column);
     std::optional<PoseEstimate<Scalar>> track(const Column<Scalar>& corrected);
     [[nodiscard]] std::uint64_t used_columns() const { return counters_.accepted - counters_.outliers; }
     void update_low(const Column<Scalar>& column);

@@ -16,8 +16,6 @@ struct Output {
     std::string text;  // address for the user
 };
 
-constexpr const char* kStandardOutput = "-";
-
 /// where: tcp:[ADDRESS:]PORT or udp:[HOST:]PORT. Throws InputError for any other text, and
 /// the errors of TcpListener and UdpService.
 Output make_output(const std::string& where, const PoseUnits& units);

@@ -36,6 +36,9 @@ std::string execute_request(const std::string& text, TrackerControl& control, Re
         if (!towards.allFinite() || !sensor.is_number_unsigned() || sensor.get<std::uint64_t>() >= tracking::kMaxSensors) {
             return "";
         }
+        if (!control.hemisphere_refusal().empty()) {
+            return control.hemisphere_refusal();
+        }
         control.set_hemisphere(sensor.get<std::uint8_t>(), towards);
         return "hemisphere set";
     }
