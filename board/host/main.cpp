@@ -26,6 +26,7 @@ int report(int code, const char* line) {
 int run_to_the_end(int argc, char** argv) {
     tricoil::host::ignore_broken_pipe();
     tricoil::host::ProgramIdentity identity;
+    identity.uses_defaults = true;
     if (!std::filesystem::path(argv[0]).filename().string().starts_with("tricoil-")) {  // another executable was started directly
         identity.typed_name = argv[0];
     }

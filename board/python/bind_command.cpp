@@ -29,6 +29,7 @@ constexpr host::OwnCommand kOwn[] = {
     {"couplings", host::add_couplings_command},
     {"demodulate", host::add_demodulate_command},
     {"device", host::add_device_command},
+    {"doctor", host::add_doctor_command},
     {"selfcheck", host::add_selfcheck_command},
     {"protocol", host::add_protocol_command},
     {"motion", host::add_motion_command},

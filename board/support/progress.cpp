@@ -26,7 +26,10 @@ std::string time_left(double elapsed_s, double share) {
 }
 
 Progress::Progress(std::string label, std::FILE* terminal)
-    : label_(std::move(label)), terminal_(terminal), active_(::isatty(::fileno(terminal)) == 1), due_(began_ + kQuiet) {}
+    : label_(std::move(label)),
+      terminal_(terminal),
+      active_(::isatty(::fileno(terminal)) == 1 && !is_quiet()),
+      due_(began_ + kQuiet) {}
 
 Progress::~Progress() {
     if (drawn_) {

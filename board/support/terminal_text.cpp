@@ -16,6 +16,7 @@ namespace {
 volatile std::sig_atomic_t reader_gone = 0;
 
 std::atomic<bool> text_on_stderr = false;
+std::atomic<Verbosity> chosen_verbosity = Verbosity::normal;
 
 std::atomic<std::FILE*> status_line = nullptr;  // the terminal that shows one; null: none
 
@@ -75,7 +76,20 @@ void print_text(std::string_view text) {
 
 void print_text_to_standard_error() { text_on_stderr = true; }
 
-void print_notice(std::string_view text) { print(text, stderr); }
+void set_verbosity(Verbosity verbosity) { chosen_verbosity = verbosity; }
+bool is_quiet() { return chosen_verbosity == Verbosity::quiet; }
+
+void print_notice(std::string_view text) {
+    if (!is_quiet()) {
+        print(text, stderr);
+    }
+}
+
+void print_detail(std::string_view text) {
+    if (chosen_verbosity == Verbosity::verbose) {
+        print(text, stderr);
+    }
+}
 
 void print_error(std::string_view program, std::string_view text) {
     const std::string label = std::string(program) + ":";

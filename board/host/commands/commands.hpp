@@ -21,6 +21,7 @@ void add_calibrate_command(CLI::App* sub, Action& action);
 void add_evaluate_command(CLI::App* sub, Action& action);
 void add_protocol_command(CLI::App* sub, Action& action);
 void add_device_command(CLI::App* sub, Action& action);
+void add_doctor_command(CLI::App* sub, Action& action);
 void add_replay_command(CLI::App* sub, Action& action);
 void add_smooth_command(CLI::App* sub, Action& action);
 void add_convert_command(CLI::App* sub, Action& action);

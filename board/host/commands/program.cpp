@@ -11,8 +11,10 @@
 
 #include "board/command_line/parse.hpp"
 #include "board/host/commands/option_values.hpp"
+#include "board/host/commands/user_defaults.hpp"
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -29,7 +31,8 @@ const std::vector<Example> kExamples{
 
 const std::vector<ManualSection> kManualSections{
     {"Files",
-     {{"/etc/tricoil/board.toml", "Configuration of tricoil.service."},
+     {{"~/.config/tricoil.toml", "Defaults of the user: device = \"can:can0\", hemisphere = [1, 0, 0], units = \"mm\"."},
+      {"/etc/tricoil/board.toml", "Configuration of tricoil.service."},
       {"/usr/share/doc/tricoil/examples/board.toml", "Example configuration with every key."}}},
 };
 
@@ -63,6 +66,7 @@ constexpr ListedCommand kCommands[] = {
     {"Calibration and evaluation", "couplings", "Poses from recorded couplings of two bands, corrected for metal", kTools},
     {"Calibration and evaluation", "demodulate", "Compute the signal matrix and its scatter from a raw ADC recording", kTools},
     {"Devices", "device", "List, identify, watch and configure front ends and tracker boards", kTools},
+    {"Devices", "doctor", "Check groups, udev rules, interfaces and ports of this machine; each failure with its mend", kTools},
     {"Devices", "selfcheck", "Run the self-check of the core: known answers, error model, arithmetic", kTools},
     {"Devices", "protocol", "Print the page of the wire protocol, or write it and a DBC file for CAN tools", kTools},
     {"Error model", "motion", "Compare the movement-induced error model with a simulation", kTools},
@@ -87,6 +91,25 @@ const ListedCommand* named_command(std::span<const std::string> words) {
     const auto* const listed = std::find_if(std::begin(kCommands), std::end(kCommands),
                                             [&](const ListedCommand& one) { return name != words.end() && one.name == *name; });
     return listed == std::end(kCommands) ? nullptr : listed;
+}
+
+/// The words without -q and -v, which take effect here; every command takes them.
+std::vector<std::string> take_verbosity(std::vector<std::string> words) {
+    set_verbosity(Verbosity::normal);
+    const auto take = [&](const char* brief, const char* full, Verbosity verbosity) {
+        const auto end = std::find(words.begin(), words.end(), "--");
+        const auto rest =
+            std::remove_if(words.begin(), end, [&](const std::string& word) { return word == brief || word == full; });
+        if (rest != end) {
+            set_verbosity(verbosity);
+        }
+        words.erase(rest, end);
+    };
+    if (words.empty() || words.front() != kCompleteWord) {
+        take("-v", "--verbose", Verbosity::verbose);
+        take("-q", "--quiet", Verbosity::quiet);
+    }
+    return words;
 }
 
 /// Does not return, unless it throws.
@@ -118,6 +141,8 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
     }
     CLI::App program{kDescription, identity.typed_name};
     program.set_version_flag("--version", identity.version, "Print the version and the commit");
+    program.add_flag("-q,--quiet")->description("No notices and no progress; errors only");
+    program.add_flag("-v,--verbose")->description("Also details, such as the defaults that were used");
     program.require_subcommand(1);
     Action action;
     CommandLineParams params{option_values(program), kManualSections, {}};
@@ -131,9 +156,15 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
         sub->group(listed.group);
     }
     set_examples(&program, kExamples);  // after the subcommands, which would inherit them
-    const OwnCommand* const first = arguments.empty() ? nullptr : find_own(own, arguments.front());
-    const bool is_renewed = first != nullptr && first->renew != nullptr;
-    if (!parse_words(program, is_renewed ? first->renew(arguments) : arguments, params)) {
+    std::vector<std::string> words = take_verbosity(arguments);
+    const OwnCommand* const first = words.empty() ? nullptr : find_own(own, words.front());
+    if (first != nullptr && first->renew != nullptr) {
+        words = first->renew(words);
+    }
+    if (identity.uses_defaults) {
+        words = with_user_defaults(program, std::move(words));
+    }
+    if (!parse_words(program, words, params)) {
         return to_int(ExitCode::fine);
     }
     return action();

@@ -29,6 +29,7 @@ std::span<const OwnCommand> own_commands();
 struct ProgramIdentity {
     std::string typed_name = "tricoil";  // as the user typed it: printed in commands that can be pasted
     std::string version = "tricoil " TRICOIL_VERSION;
+    bool uses_defaults = false;  // of ~/.config/tricoil.toml
 };
 
 /// Parses the arguments and runs the command. Returns its exit code. Throws InputError for wrong usage or input, DeviceError,
