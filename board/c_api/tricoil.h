@@ -63,7 +63,7 @@ typedef struct tricoil_pose {
  *   polled);
  * - recording:FOLDER: a recording of `tricoil run --record`, tracked again.
  *
- * tracker: "direct", "previous", "previous-angles", "scaat", or "dual-band" with columns of two bands (mux=dual-band);
+ * tracker: "direct", "previous", "scaat", or "dual-band" with columns of two bands (mux=dual-band);
  * "scaat,predict_s=0.02" gives poses 20 ms (at most 0.1 s) ahead of the newest measurement. NULL: that of the configuration or
  * recording, otherwise "direct".
  *

@@ -9,7 +9,7 @@ namespace tricoil::host {
 /// A recording without columns (the device computed the poses) gives its recorded poses.
 class RecordedSource final : public PoseSource {
 public:
-    /// tracker: direct, previous, previous-angles or scaat; empty: that of the recording. Throws InputError if the folder is not
+    /// tracker: direct, previous or scaat; empty: that of the recording. Throws InputError if the folder is not
     /// a recording, or if the recording cannot be tracked by `tracker`.
     RecordedSource(const std::string& folder, const std::string& tracker)
         : recording_(folder), trackers_(queue()), player_(recording_, settings_of(recording_, tracker), trackers_) {}

@@ -5,7 +5,6 @@
 #include <array>
 #include <memory>
 
-#include "board/pose_text/candump.hpp"
 #include "board/pose_text/mcap/mcap_poses.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/record/column_means.hpp"
@@ -13,7 +12,6 @@
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
-#include "core/protocol/convert.hpp"
 #ifdef TRICOIL_WITH_MAT
 #include "board/pose_text/mat/mat_poses.hpp"
 #endif
@@ -46,10 +44,6 @@ struct Form {
 
 using Put = std::function<void(std::string_view)>;
 
-Form lines_form(const Put& put, std::string (*line)(const Pose&)) {
-    return {[&put, line](const Pose& pose) { put(line(pose)); }};
-}
-
 Form csv_form(const Put& put, const PoseStages& stages) {
     const PoseUnits& units = stages.units();
     put(pose_column_names(kPoseForm, units) + "\n");
@@ -60,10 +54,6 @@ Form json_form(const Put& put, const PoseStages& stages) {
     return {[&put, units = stages.units()](const Pose& pose) { put(pose_line({pose}, PoseFormat::json, kPoseForm, units)); }};
 }
 
-Form candump_form(const Put& put, const PoseStages&) {
-    return lines_form(put, [](const Pose& pose) { return candump_line(protocol::to_message(pose)); });
-}
-
 #ifdef TRICOIL_WITH_OPENIGTLINK
 /// Messages as a server would send them, stamped with the time in the recording.
 std::string igtl_bytes(const Pose& pose) {
@@ -71,7 +61,9 @@ std::string igtl_bytes(const Pose& pose) {
     return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);
 }
 
-Form igtl_form(const Put& put, const PoseStages&) { return lines_form(put, igtl_bytes); }
+Form igtl_form(const Put& put, const PoseStages&) {
+    return {[&put](const Pose& pose) { put(igtl_bytes(pose)); }};
+}
 #else
 constexpr Form (*igtl_form)(const Put&, const PoseStages&) = nullptr;
 #endif
@@ -124,7 +116,7 @@ void refuse_stages(const std::string& name, const OutputOptions& options) {
             throw InputError(fmt::format("{}: not with --to {}, {}", option, name, fact));
         }
     };
-    const bool has_own_units = name == "candump" || name == "openigtlink" || name == "rests";
+    const bool has_own_units = name == "openigtlink" || name == "rests";
     refuse(has_own_units && options.unit != OutputOptions{}.unit, "--units", "which defines its own units");
     refuse(has_own_units && !options.euler.empty(), "--euler", "which has no angles");
     const bool has_stages =
@@ -135,7 +127,7 @@ void refuse_stages(const std::string& name, const OutputOptions& options) {
 }  // namespace
 
 const std::vector<std::string>& convert_formats() {
-    static const std::vector<std::string> names{"jsonl", "csv", "mat", "mcap", "candump", "openigtlink", "rests"};
+    static const std::vector<std::string> names{"jsonl", "csv", "mat", "mcap", "openigtlink", "rests"};
     return names;
 }
 
@@ -147,8 +139,8 @@ std::uint64_t convert(const Recording& recording, const std::string& name, const
     if (name == "openigtlink") {
         require(Component::openigtlink, "--to openigtlink");
     }
-    constexpr std::array<Form (*)(const Put&, const PoseStages&), 6> kForms{json_form,    csv_form, mat_form, mcap_form,
-                                                                            candump_form, igtl_form};  // of poses alone
+    constexpr std::array<Form (*)(const Put&, const PoseStages&), 5> kForms{json_form, csv_form, mat_form, mcap_form,
+                                                                            igtl_form};  // of poses alone
     const std::size_t index = index_of_name("--to", name, convert_formats());
     refuse_stages(name, options);
     Form form;

@@ -41,10 +41,9 @@ void visit_method(Params& params, Visit&& visit) {
     visit("deskew", deskew);
 }
 
-/// The form is not a field: it is part of the method's name.
 template <ParamsOf<tracking::PreviousParams> Params, typename Visit>
 void visit_method(Params& params, Visit&& visit) {
-    auto& [form, passes, deskew] = params;
+    auto& [passes, deskew] = params;
     visit("passes", passes);
     visit("deskew", deskew);
 }

@@ -83,7 +83,7 @@ tracking::MethodParams<double> make_method(const SimulationOptions& options, con
     if (auto* chosen = std::get_if<tracking::PreviousParams>(&method)) {
         chosen->passes = options.passes;
     } else if (options.passes != SimulationOptions{}.passes) {
-        throw InputError("--passes: only with --tracker previous, previous-angles or fixed-previous");
+        throw InputError("--passes: only with --tracker previous or fixed-previous");
     }
     const Microseconds ahead = prediction_of_option(options.tracker, options.predict_ahead_s);
     if (auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method); scaat != nullptr && ahead.count() > 0) {

@@ -19,7 +19,7 @@
 
 namespace tricoil::host {
 
-/// A method with its default parameters, or one of its forms.
+/// A method with its default parameters.
 struct NamedMethod {
     std::string_view name;
     tracking::MethodParams<double> params;
@@ -27,8 +27,7 @@ struct NamedMethod {
 
 inline constexpr std::array kMethods{
     NamedMethod{"direct", tracking::DirectParams{}},
-    NamedMethod{"previous", tracking::PreviousParams{tracking::PreviousParams::Form::vectors}},
-    NamedMethod{"previous-angles", tracking::PreviousParams{tracking::PreviousParams::Form::angles}},
+    NamedMethod{"previous", tracking::PreviousParams{}},
     NamedMethod{"scaat", tracking::ScaatParams<double>{}},
     NamedMethod{"dual-band", tracking::DualBandParams{}},
 };
@@ -117,12 +116,7 @@ inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
 }
 
 inline std::string name_of_method(const tracking::MethodParams<double>& method) {
-    using tracking::PreviousParams;
-    const auto is_it = [&](const NamedMethod& named) {
-        const auto* form = std::get_if<PreviousParams>(&named.params);
-        return named.params.index() == method.index() &&
-               (form == nullptr || form->form == std::get_if<PreviousParams>(&method)->form);
-    };
+    const auto is_it = [&](const NamedMethod& named) { return named.params.index() == method.index(); };
     return std::string(std::find_if(kMethods.begin(), kMethods.end(), is_it)->name);
 }
 

@@ -40,13 +40,8 @@ struct DirectParams {
     bool deskew = false;  // TDM: extrapolate each column to the time of the newest
 };
 
-/// PreviousTracker: the previous-measurement technique. Acquisition uses the direct solver.
+/// PreviousTracker: the previous-measurement technique in its pole-free form. Acquisition uses the direct solver.
 struct PreviousParams {
-    enum class Form : std::uint8_t {
-        vectors,  // pole-free
-        angles,   // the paper's angles, singular at the poles
-    };
-    Form form = Form::vectors;
     int passes = 1;       // steps per matrix
     bool deskew = false;  // TDM: extrapolate each column to the time of the newest
 };

@@ -85,18 +85,15 @@ void expect_no_allocation(tracking::Tracker<Scalar>& tracker) {
 }
 
 TYPED_TEST(Allocations, NoneInTheTracker) {
-    using Form = tracking::PreviousParams::Form;
     tracking::TrackerParams<TypeParam> params;
     params.common.max_column_span = Microseconds{3500};
     {
         tracking::DirectTracker<TypeParam> tracker(params);
         expect_no_allocation(tracker);
     }
-    for (const Form form : {Form::vectors, Form::angles}) {
-        params.method = tracking::PreviousParams{form, 2};
-        tracking::PreviousTracker<TypeParam> tracker(params);
-        expect_no_allocation(tracker);
-    }
+    params.method = tracking::PreviousParams{2};
+    tracking::PreviousTracker<TypeParam> previous(params);
+    expect_no_allocation(previous);
     params.method = tracking::ScaatParams<TypeParam>{};
     tracking::ScaatTracker<TypeParam> scaat(params);
     expect_no_allocation(scaat);

@@ -65,7 +65,7 @@ int main() {
     fmt::print("columns / samples, hand, 60 s\n  {:<4} {:<16} {:>12} {:>15} {:>10}\n", "mux", "tracker", "position RMS",
                "orientation RMS", "speed");
     for (const char* mux : {"fdm", "tdm"}) {
-        for (const char* tracker : {"direct", "previous", "previous-angles", "scaat"}) {
+        for (const char* tracker : {"direct", "previous", "scaat"}) {
             const host::RunReport samples = run(mux, tracker, "samples");
             const host::RunReport columns = run(mux, tracker, "columns");
             fmt::print("  {:<4} {:<16} {:12.4f} {:15.4f} {:10.1f}\n", mux, tracker,

@@ -167,7 +167,7 @@ TEST_F(Surroundings, ReduceTheErrorOffTheGridToLessThanATenth) {
 TEST_F(Surroundings, AreUsedByEveryTracker) {
     ASSERT_EQ(calibrate(data("grid")).exit_code, 0);
     for (const char* mux : {"tdm", "fdm"}) {
-        for (const char* tracker : {"direct", "previous", "previous-angles", "scaat"}) {
+        for (const char* tracker : {"direct", "previous", "scaat"}) {
             const std::string run = std::string("run --json --scenario table-hand --duration 4 --fidelity columns --mux ") + mux +
                                     " --tracker " + tracker + " --calibration ";
             const auto without = tricoil(run + path("coils.toml"));

@@ -47,7 +47,7 @@ TEST(Completion, Options) {
 
 TEST(Completion, Values) {
     EXPECT_THAT(candidates("run --scenario pa"), ElementsAre("paper-i", "paper-ii", "paper-iii", ":file"));
-    EXPECT_THAT(candidates("run --tracker p"), ElementsAre("previous", "previous-angles"));
+    EXPECT_THAT(candidates("run --tracker p"), ElementsAre("previous"));
     EXPECT_THAT(candidates("run --tracker=sc"), ElementsAre("--tracker=scaat"));
     EXPECT_THAT(candidates("run --fault un"), ElementsAre("unplugged"));
     EXPECT_THAT(candidates("run --fault ''"), IsSupersetOf({"metal:", "open_coil:", "unplugged"}));

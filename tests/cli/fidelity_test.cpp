@@ -16,7 +16,7 @@ nlohmann::json run(const std::string& arguments) {
 /// A minute: the standard deviation of an RMS is about 1 %.
 TEST(Fidelity, ColumnsGiveEveryTrackerTheRmsOfSamplesWithinThreePercent) {
     for (const char* mux : {"tdm", "fdm"}) {
-        for (const char* tracker : {"direct", "previous", "previous-angles", "scaat"}) {
+        for (const char* tracker : {"direct", "previous", "scaat"}) {
             const std::string options = std::string("--duration 60 --mux ") + mux + " --tracker " + tracker;
             const auto samples = run(options);
             const auto columns = run(options + " --fidelity columns");

@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Case{"a_minute", "--duration 60"}, Case{"direct_tdm", "--duration 3 --mux tdm"},
                       Case{"filter_tdm", "--duration 3 --mux tdm --tracker scaat --predict 0.02"},
                       Case{"filter_fdm", "--duration 3 --tracker scaat --confined"},
-                      Case{"angles", "--duration 3 --tracker previous-angles --passes 2"},
+                      Case{"previous", "--duration 3 --tracker previous --passes 2"},
                       Case{"faults",
                            "--duration 3 --tracker scaat --mux tdm --fault open_coil:S2@1-1.3 --fault dropped_blocks:0.2@1.5-2"}),
     [](const auto& run) { return std::string(run.param.name); });
@@ -132,18 +132,18 @@ TEST(Recording, AFullDiskEndsTheRecordingNotTheRun) {
     EXPECT_GT(replayed.json()["equal"], 100U);
 }
 
-TEST(Recording, ConvertsToJsonLinesAndCandump) {
+TEST(Recording, ConvertsToJsonLinesAndCsv) {
     const std::string folder = fresh_folder("converts");
     ASSERT_EQ(tricoil("run --json --duration 1 --record " + folder).exit_code, 0);
     const auto lines = tricoil("convert " + folder);
     ASSERT_EQ(lines.exit_code, 0) << lines.err;
     const auto first = nlohmann::json::parse(lines.out.substr(0, lines.out.find('\n')));
     EXPECT_EQ(first["q_wxyz"].size(), 4U);
-    const std::string log = path_in_temp("converts.log");
-    const auto summary = tricoil("convert --json --to candump --out " + log + " " + folder);
+    const std::string log = path_in_temp("converts.csv");
+    const auto summary = tricoil("convert --json --to csv --out " + log + " " + folder);
     ASSERT_EQ(summary.exit_code, 0) << summary.err;
     EXPECT_EQ(summary.json()["poses"], std::count(lines.out.begin(), lines.out.end(), '\n'));
-    EXPECT_THAT(read_file(log), HasSubstr("tricoil 150##5"));
+    EXPECT_THAT(read_file(log), HasSubstr(",qw,qx,"));
 }
 
 TEST(Recording, IsNotOverwrittenByReplayOrConvert) {

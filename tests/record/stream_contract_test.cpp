@@ -227,7 +227,8 @@ TEST(Stream, WrongCombinationsNameTheFact) {
     for (const auto& [command, reason] : std::vector<std::pair<std::string, std::string>>{
              {"replay " + take + " --units mm", "--units: no output for its poses; add --out FILE"},
              {"replay " + take + " --out - --relative-to 2", "--relative-to 2: must be the number of a sensor, 1 to 1"},
-             {"convert " + take + " --to candump --units mm", "--units: not with --to candump, which defines its own units"},
+             {"convert " + take + " --to openigtlink --units mm",
+              "--units: not with --to openigtlink, which defines its own units"},
              {"convert " + take + " --to rests --boresight", "which has couplings, not poses"},
              {"plot " + take + ".csv --boresight", "--boresight: no output for its poses; a table is drawn as it is"},
              {"plot " + take + " --euler zyx", "--euler: a picture has no angles"},

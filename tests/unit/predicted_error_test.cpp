@@ -20,11 +20,9 @@ Truth truth_at(double time_s) {
     return {{0.4, 0.2 + 1.5 * time_s, -0.1 - 0.6 * time_s}, geometry::rotation_vector_to_quaternion<double>(turn)};
 }
 
-using Form = PreviousParams::Form;
-
-TrackerParams<double> params_for(Form form, int passes) {
+TrackerParams<double> params_for(int passes) {
     TrackerParams<double> params;
-    params.method = PreviousParams{form, passes};
+    params.method = PreviousParams{passes};
     return params;
 }
 
@@ -44,8 +42,8 @@ PoseEstimate<double> feed(Tracker<double>& tracker, const Truth& truth, double t
 }
 
 /// Largest difference between the length of the predicted error and of the real one, mm.
-double worst_prediction_mm(Form form, int passes) {
-    PreviousTracker<double> tracker(params_for(form, passes));
+double worst_prediction_mm(int passes) {
+    PreviousTracker<double> tracker(params_for(passes));
     double worst = 0;
     for (int n = 0; n < 24; ++n) {
         const Truth truth = truth_at(n * kUpdate);
@@ -59,15 +57,13 @@ double worst_prediction_mm(Form form, int passes) {
 }
 
 TEST(PredictedError, DependsOnTheNumberOfPasses) {
-    for (const Form form : {Form::vectors, Form::angles}) {
-        EXPECT_LT(worst_prediction_mm(form, 1), 5e-3);
-        EXPECT_LT(worst_prediction_mm(form, 2), 1e-5);
-        EXPECT_LT(worst_prediction_mm(form, 3), 1e-6);
-    }
+    EXPECT_LT(worst_prediction_mm(1), 5e-3);
+    EXPECT_LT(worst_prediction_mm(2), 1e-5);
+    EXPECT_LT(worst_prediction_mm(3), 1e-6);
 }
 
 TEST(PredictedError, OfTheFirstPassIsNotZero) {
-    PreviousTracker<double> tracker(params_for(Form::vectors, 1));
+    PreviousTracker<double> tracker(params_for(1));
     for (int n = 0; n < 3; ++n) {
         feed(tracker, truth_at(n * kUpdate), n * kUpdate);
     }
@@ -76,7 +72,7 @@ TEST(PredictedError, OfTheFirstPassIsNotZero) {
 
 /// A rotation beyond the domain of the step: the pose is the direct solution, which has no linearization error.
 TEST(PredictedError, OfADirectSolutionHoldsNoLinearization) {
-    PreviousTracker<double> tracker(params_for(Form::vectors, 1));
+    PreviousTracker<double> tracker(params_for(1));
     feed(tracker, truth_at(0), 0);
     feed(tracker, truth_at(kUpdate), kUpdate);
     Truth turned = truth_at(2 * kUpdate);
@@ -90,7 +86,7 @@ TEST(PredictedError, OfADirectSolutionHoldsNoLinearization) {
 }
 
 TEST(PredictedError, ANewHemisphereIsNoMotion) {
-    PreviousTracker<double> tracker(params_for(Form::vectors, 1));
+    PreviousTracker<double> tracker(params_for(1));
     feed(tracker, truth_at(-kUpdate), -kUpdate);  // a first pose is unconfirmed
     feed(tracker, truth_at(0), 0);
     const auto before = feed(tracker, truth_at(kUpdate), kUpdate);

@@ -49,9 +49,7 @@ protected:
 };
 
 TEST_F(TrackerTest, EveryMethodFindsAStillSensor) {
-    using Form = PreviousParams::Form;
-    for (const MethodParams<double>& method : std::initializer_list<MethodParams<double>>{
-             DirectParams{}, PreviousParams{Form::vectors}, PreviousParams{Form::angles}}) {
+    for (const MethodParams<double>& method : std::initializer_list<MethodParams<double>>{DirectParams{}, PreviousParams{}}) {
         auto p = params();
         p.method = method;
         AnyTracker<double> tracker(p);
@@ -270,8 +268,8 @@ TEST(TrackerParams, InvalidOnesAreRefusedWithAReason) {
     EXPECT_TRUE(check(TrackerParams<float>{}).ok());
     EXPECT_TRUE(refused([](auto& p) { p.common.coupling_constant = 0; }));
     EXPECT_TRUE(refused([](auto& p) { p.common.coupling_constant = std::numeric_limits<float>::quiet_NaN(); }));
-    EXPECT_TRUE(refused([](auto& p) { p.method = PreviousParams{PreviousParams::Form::vectors, 0}; }));
-    EXPECT_TRUE(refused([](auto& p) { p.method = PreviousParams{PreviousParams::Form::vectors, 11}; }));
+    EXPECT_TRUE(refused([](auto& p) { p.method = PreviousParams{0}; }));
+    EXPECT_TRUE(refused([](auto& p) { p.method = PreviousParams{11}; }));
     EXPECT_TRUE(refused([](auto& p) { p.common.min_snr = -1; }));
     EXPECT_TRUE(refused([](auto& p) { p.common.lost_after = Microseconds{0}; }));
     EXPECT_TRUE(refused([](auto& p) { p.common.hemisphere.x() = std::numeric_limits<float>::infinity(); }));

@@ -61,7 +61,7 @@ void add_convert_command(CLI::App* sub, Action& action) {
     sub->add_flag("--json", command->json, "Summary as JSON");
     add_stage_options(sub, command->stages);
     set_examples(sub, {{"for MATLAB", "tricoil convert take1 --to mat --out take1.mat"},
-                       {"for CAN tools", "tricoil convert take1 --to candump --out take1.log"}});
+                       {"for Foxglove and PlotJuggler", "tricoil convert take1 --to mcap --out take1.mcap"}});
     sub->callback([command, &action] { action = [command] { return run_convert(*command); }; });
 }
 

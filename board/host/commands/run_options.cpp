@@ -81,8 +81,8 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
            kMultiplexingNames)
         ->capture_default_str();
     one_of(sub->add_option("--tracker", o.tracker,
-                           "direct: closed form; previous, previous-angles: previous-measurement technique in vectors or in "
-                           "angles; scaat: filter; dual-band: removes the error of metal, needs --mux dual-band; "
+                           "direct: closed form; previous: previous-measurement technique; scaat: filter; dual-band: removes the "
+                           "error of metal, needs --mux dual-band; "
                            "fixed-direct, fixed-previous: in integers, only in a simulated tricoil run"),
            all_trackers())
         ->capture_default_str();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "board/host/run/statistics.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/geometry/quaternion_sign.hpp"
@@ -106,9 +107,7 @@ PoseStream::PoseStream(std::vector<TimedPose> poses, const std::string& name) : 
     for (std::size_t n = 1; n < poses_.size(); ++n) {
         intervals.push_back(poses_[n].time_s - poses_[n - 1].time_s);
     }
-    const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-    std::nth_element(intervals.begin(), middle, intervals.end());
-    longest_interval_s_ = kGap * *middle;
+    longest_interval_s_ = kGap * median(std::move(intervals));
 }
 
 /// Index of the last sample at or before `time_s`, but at least the first and at most the last but one.

@@ -1,9 +1,8 @@
 #include "board/host/smooth/smoothing_tap.hpp"
 
-#include <cmath>
-
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/pose_covariance.hpp"
+#include "core/tracking/metal/dual_band_tracker.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -21,11 +20,6 @@ TrackerSettings for_ideal_coils(TrackerSettings settings) {
     return for_smoothing(settings);
 }
 
-/// Standard deviation of a coupling by noise.
-double noise(const Pose& pose, double coupling_constant) {
-    return field::coupling_strength(coupling_constant, pose.position_m.norm()) / std::pow(10, pose.snr_db / 20);
-}
-
 }  // namespace
 
 TrackerSettings for_smoothing(TrackerSettings settings) {
@@ -36,10 +30,10 @@ TrackerSettings for_smoothing(TrackerSettings settings) {
     return settings;
 }
 
-SmoothingTap::Sensor::Sensor(const Settings& settings, const Smoother::Receiver& receiver)
-    : smoother(receiver), coupling_constant(settings.tracker.common.coupling_constant) {
-    const TrackerSettings of_filter = has_two_bands(settings) ? for_ideal_coils(settings) : for_smoothing(settings);
-    filter.emplace(of_filter.tracker, of_filter.calibration);
+SmoothingTap::Sensor::Sensor(const Settings& settings, const TrackerSettings& of_filter, const Smoother::Receiver& receiver)
+    : filter(of_filter.tracker, of_filter.calibration),
+      smoother(receiver),
+      coupling_constant(settings.tracker.common.coupling_constant) {
     if (has_two_bands(settings)) {
         both_bands.emplace(settings.tracker, settings.calibration);
     }
@@ -52,10 +46,10 @@ std::optional<Pose> SmoothingTap::Sensor::filter_without_metal(const Pose& pose)
     if (pose.flags.has_any(tracking::kFaultFlags | kNoSide)) {
         return std::nullopt;
     }
-    if (filter->filter_state()->run == 0 || filter->filter_state()->state.position_m.dot(pose.position_m) < 0) {
-        (void)filter->set_hemisphere(pose.position_m);
+    if (filter.filter_state()->run == 0 || filter.filter_state()->state.position_m.dot(pose.position_m) < 0) {
+        (void)filter.set_hemisphere(pose.position_m);
     }
-    const double sigma = noise(pose, coupling_constant);
+    const double sigma = tracking::coupling_noise(pose, coupling_constant);
     const Mat3<double> couplings = field::signal_matrix<double>(
         coupling_constant, pose.position_m, Mat3<double>(pose.q_source_sensor.conjugate().toRotationMatrix()));
     std::optional<Pose> filtered;
@@ -67,7 +61,7 @@ std::optional<Pose> SmoothingTap::Sensor::filter_without_metal(const Pose& pose)
         column.sequence = column.state_sequence = columns++;
         column.in_phase = couplings.col(coil);
         column.sigma.setConstant(sigma);
-        filtered = filter->update(column);
+        filtered = filter.update(column);
     }
     if (filtered) {
         const double range_m = pose.position_m.norm();
@@ -86,8 +80,8 @@ std::optional<Pose> SmoothingTap::Sensor::filter_without_metal(const Pose& pose)
 
 void SmoothingTap::Sensor::take(const Column<double>& column) {
     if (!both_bands) {
-        if (const auto estimate = filter->update(column)) {
-            smoother.add(*estimate, *filter);
+        if (const auto estimate = filter.update(column)) {
+            smoother.add(*estimate, filter);
         }
         return;
     }
@@ -96,23 +90,24 @@ void SmoothingTap::Sensor::take(const Column<double>& column) {
         return;
     }
     if (const auto filtered = filter_without_metal(*pose)) {
-        smoother.add(*filtered, *filter);
+        smoother.add(*filtered, filter);
     } else {
-        smoother.add_unsmoothed(*pose, *filter);
+        smoother.add_unsmoothed(*pose, filter);
     }
 }
 
 void SmoothingTap::finish() {
     for (const auto& sensor : sensors_) {
-        sensor->smoother.finish(*sensor->filter);
+        sensor->smoother.finish(sensor->filter);
     }
 }
 
 void SmoothingTap::do_begin(const Settings& settings) {
     finish();
     sensors_.clear();
+    const TrackerSettings of_filter = has_two_bands(settings) ? for_ideal_coils(settings) : for_smoothing(settings);
     for (int n = 0; n < settings.sensors; ++n) {
-        sensors_.push_back(std::make_unique<Sensor>(settings, receiver_));
+        sensors_.push_back(std::make_unique<Sensor>(settings, of_filter, receiver_));
     }
 }
 
@@ -121,7 +116,7 @@ void SmoothingTap::do_column(const MeasuredColumn<double>& column) { sensors_.at
 /// A pose from tick() contains no new column, so it is not smoothed.
 void SmoothingTap::do_tick(std::uint8_t sensor, DeviceTime now) {
     Sensor& ticked = *sensors_.at(sensor);
-    (void)ticked.filter->tick(now);
+    (void)ticked.filter.tick(now);
     if (ticked.both_bands) {
         (void)ticked.both_bands->tick(now);
     }
@@ -129,7 +124,7 @@ void SmoothingTap::do_tick(std::uint8_t sensor, DeviceTime now) {
 
 void SmoothingTap::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
     Sensor& turned = *sensors_.at(sensor);
-    tracking::AnyTracker<double>& tracker = turned.both_bands ? *turned.both_bands : *turned.filter;
+    tracking::AnyTracker<double>& tracker = turned.both_bands ? *turned.both_bands : turned.filter;
     (void)tracker.set_hemisphere(towards);  // a refused hemisphere is refused again
 }
 

@@ -23,13 +23,13 @@ public:
 
 private:
     struct Sensor {
-        Sensor(const Settings& settings, const Smoother::Receiver& receiver);
+        Sensor(const Settings& settings, const TrackerSettings& of_filter, const Smoother::Receiver& receiver);
 
         void take(const Column<double>& column);
         std::optional<tracking::PoseEstimate<double>> filter_without_metal(const tracking::PoseEstimate<double>& pose);
 
         std::optional<tracking::AnyTracker<double>> both_bands;  // removes metal before the filter; empty: one band
-        std::optional<tracking::AnyTracker<double>> filter;      // always has a value
+        tracking::AnyTracker<double> filter;
         Smoother smoother;
         double coupling_constant;
         std::uint32_t columns = 0;  // of the filter, with two bands

@@ -73,7 +73,7 @@ def run(
 
     scenario: built-in (`tricoil run --list`) or a .toml file. trajectory: file of a recorded path; it replaces the scenario's motion.
     mux: tdm (coils in turn), fdm (all at once) or dual-band (all at once, with a low carrier each). tracker: direct, previous,
-    previous-angles, scaat, dual-band, fixed-direct or fixed-previous.
+    scaat, dual-band, fixed-direct or fixed-previous.
     seed: of motion and noise. rate_hz: column frames per second. faults: texts of `tricoil run --fault`. noise: False for ideal
     converters without mains hum. place_m, speed: of a trajectory. hemisphere: direction from the source to the half space of the
     sensor; None: that of the start; zero: unknown; if given, also confined. confined: the sensor never leaves it. deskew: for direct and previous with tdm.

@@ -136,7 +136,7 @@ def open(name: str | os.PathLike, tracker: str | None = None) -> Source:  # noqa
 
     name: can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, a .toml configuration file of `tricoil run --config`, recording:FOLDER, or
     sim:SCENARIO[,KEY=VALUE...] with the keys mux, rate_hz, duration_s, seed, noise, stations (1 to 4 sensors) and realtime (yes or no; default no: as fast as poses
-    are asked for). tracker: direct, previous, previous-angles, scaat or scaat,predict_s=SECONDS (poses ahead of the newest column);
+    are asked for). tracker: direct, previous, scaat or scaat,predict_s=SECONDS (poses ahead of the newest column);
     None: that of the configuration or recording, otherwise direct.
 
     A device need not be connected yet: iteration waits for it; Source.status gives its state. Raises ValueError for a wrong name

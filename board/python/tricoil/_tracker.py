@@ -13,7 +13,7 @@ from ._source import Pose
 class Filter:
     """Tracks columns of couplings: one call for each source coil that was measured.
 
-    method: scaat (Kalman filter), direct, previous or previous-angles. column_span_s: longest time between the oldest and the newest column
+    method: scaat (Kalman filter), direct or previous. column_span_s: longest time between the oldest and the newest column
     of a signal matrix: with TDM 2.5 slots, that is 2.5 / 3 of the frame period; 0 if the columns are simultaneous (FDM). window_s: length of
     a demodulation window, for the predicted blur. confined: the sensor never leaves the half space `hemisphere`.
     """

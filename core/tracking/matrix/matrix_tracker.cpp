@@ -48,7 +48,6 @@ void MatrixTracker<Scalar>::do_set_hemisphere(const Vec3<Scalar>& towards) {
     }
     if (last_.direction.dot(towards) < 0) {
         last_.direction = -last_.direction;
-        do_follow(last_, false);
         motion_.clear();  // the next pose is on the other side: the difference is not motion
     }
 }
@@ -86,7 +85,6 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
     }
     if (estimate.valid()) {
         last_ = *solved;
-        do_follow(last_, stepped);
     }
     if (shows_side(estimate)) {
         hemisphere_.follow(estimate.position_m, estimate.time);

@@ -35,8 +35,6 @@ protected:
 private:
     /// Step of the method from the last pose. not_ready: the method has no step.
     virtual Result<Pose> do_step(const Mat3<Scalar>& x, const Pose& last) = 0;
-    /// `pose` is the start of the next step. is_step: the pose came from do_step().
-    virtual void do_follow(const Pose& /*pose*/, bool /*is_step*/) {}
     /// Changes the pose of `columns`, its covariance and flags.
     virtual void do_refine(const SignalMatrixAssembler<Scalar>& /*columns*/, PoseEstimate<Scalar>& /*estimate*/) {}
 

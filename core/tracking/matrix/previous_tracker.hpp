@@ -16,11 +16,8 @@ public:
 
 private:
     Result<Pose> do_step(const Mat3<Scalar>& x, const Pose& last) override;
-    void do_follow(const Pose& pose, bool is_step) override;
 
-    PreviousParams method_;
-    solver::AnglePose<Scalar> last_angles_;  // not wrapped: contains full turns
-    solver::AnglePose<Scalar> next_angles_;
+    int passes_;
 };
 
 extern template class PreviousTracker<float>;

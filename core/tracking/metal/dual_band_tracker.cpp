@@ -97,7 +97,7 @@ void DualBandTracker::follow(const Mat3<double>& quadrature, const PoseEstimate<
     last_position_m_ = high.position_m;
     if (awaits_low_) {
         bias_.add_high({high.signal_matrix, quadrature}, {high.position_m, high.q_source_sensor});
-        mean_quadrature_.add(high.signal_matrix, quadrature, std::pow(noise(high), 2));
+        mean_quadrature_.add(high.signal_matrix, quadrature, std::pow(coupling_noise(high, params().coupling_constant), 2));
     }
 }
 
@@ -143,18 +143,18 @@ void DualBandTracker::cover_hidden_metal(const std::optional<MetalBiasEstimate>&
     estimate.flags.set_if(!(deviation_m(estimate) <= params().max_deviation_m), PoseFlag::uncertain);
 }
 
+double coupling_noise(const PoseEstimate<double>& estimate, double coupling_constant) {
+    return field::coupling_strength(coupling_constant, estimate.position_m.norm()) / std::pow(10, estimate.snr_db / 20);
+}
+
 double DualBandTracker::strength(const PoseEstimate<double>& estimate) const {
     return field::coupling_strength(params().coupling_constant, estimate.position_m.norm());
 }
 
-/// Standard deviation of a coupling by noise.
-double DualBandTracker::noise(const PoseEstimate<double>& estimate) const {
-    return strength(estimate) / std::pow(10, estimate.snr_db / 20);
-}
-
 /// Of the high band's pose, from noise and the misfit of calibrated coils, without metal.
 Mat6<double> DualBandTracker::noise_covariance(const PoseEstimate<double>& estimate) const {
-    return covariance_for(std::hypot(noise(estimate), params().misfit_floor * strength(estimate)), estimate);
+    const double noise = coupling_noise(estimate, params().coupling_constant);
+    return covariance_for(std::hypot(noise, params().misfit_floor * strength(estimate)), estimate);
 }
 
 /// sigma: of a coupling.

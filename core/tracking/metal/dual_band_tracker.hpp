@@ -7,6 +7,9 @@
 
 namespace tricoil::tracking {
 
+/// Standard deviation of a coupling of the pose by noise.
+double coupling_noise(const PoseEstimate<double>& estimate, double coupling_constant);
+
 /// The direct tracker solves the high band and decides signal, hemisphere and continuity. MetalBias compares it with the low
 /// band. The pose is that of both bands, or that of the high band with the bias as an additional error, whichever has the smaller
 /// standard deviation. `distorted`: also if the bias exceeds five standard deviations.
@@ -34,7 +37,6 @@ private:
     void cover_hidden_metal(const std::optional<MetalBiasEstimate>& bias, PoseEstimate<double>& estimate) const;
     [[nodiscard]] Mat6<double> noise_covariance(const PoseEstimate<double>& estimate) const;
     [[nodiscard]] Mat6<double> covariance_for(double sigma, const PoseEstimate<double>& estimate) const;
-    [[nodiscard]] double noise(const PoseEstimate<double>& estimate) const;
     [[nodiscard]] double strength(const PoseEstimate<double>& estimate) const;
 
     double frame_s_;
