@@ -29,6 +29,12 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
         update_low(column);
         return std::nullopt;
     }
+    return update_high(column);
+}
+
+/// Not part of update(): their temporaries would add up on the stack.
+template <typename Scalar>
+std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update_high(const Column<Scalar>& column) {
     Column<Scalar> corrected = column;
     const int coil = coil_index(column.state);
     if (correction_ && coil >= 0) {

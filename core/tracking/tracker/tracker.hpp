@@ -79,6 +79,8 @@ private:
     virtual std::optional<PoseEstimate<Scalar>> do_tick(DeviceTime now) = 0;
     virtual void do_set_hemisphere(const Vec3<Scalar>& towards) = 0;
 
+    /// A column of the only or high band.
+    std::optional<PoseEstimate<Scalar>> update_high(const Column<Scalar>& column);
     std::optional<PoseEstimate<Scalar>> track(const Column<Scalar>& corrected);
     [[nodiscard]] std::uint64_t used_columns() const { return counters_.accepted - counters_.outliers; }
     void update_low(const Column<Scalar>& column);
