@@ -4,15 +4,16 @@
 #include <thread>
 
 #include "board/support/errors.hpp"
-#include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::host {
 SimulatedSource::SimulatedSource(const SimulationOptions& options, bool realtime)
     : setup_(make_simulation(options)),
       stations_(setup_),
       sampler_(stations_.first(), coils_, clock_, setup_.scenario.duration_s),
-      link_([](const tracking::PoseEstimate<double>&) {}),
-      realtime_(realtime) {
+      link_([](const tracking::PoseEstimate<double>&) {}) {
+    if (realtime) {
+        pacer_.emplace();
+    }
     stations_.add_further(sampler_);
     clock_.begin(setup_.plan.params.sample_rate_hz);
     app::MainLoopParams<double> params{setup_.plan, stations_.first().demodulation(), make_tracker(options, setup_)};
@@ -23,22 +24,11 @@ SimulatedSource::SimulatedSource(const SimulationOptions& options, bool realtime
     }
 }
 
-/// True if the simulation is ahead of the host's clock. Time lost between calls of poll() is not made up.
-bool SimulatedSource::is_early() {
-    constexpr Microseconds kMaxBehind{250'000};
-    const HostTime now = drivers::host_now();
-    const Microseconds simulated = microseconds_from_seconds(clock_.elapsed_s());
-    if (!start_ || now - (*start_ + simulated) > kMaxBehind) {
-        start_ = now - simulated;
-    }
-    return now < *start_ + simulated;
-}
-
 bool SimulatedSource::do_advance(Microseconds patience) {
     if (!queue().empty()) {
         return true;
     }
-    if (realtime_ && is_early()) {
+    if (pacer_ && pacer_->left(microseconds_from_seconds(clock_.elapsed_s())).count() > 0) {
         std::this_thread::sleep_for(std::chrono::microseconds(std::min(patience.count(), std::int64_t{1000})));
         return true;
     }

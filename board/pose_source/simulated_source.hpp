@@ -6,6 +6,7 @@
 #include "board/app/main_loop.hpp"
 #include "board/pose_source/pose_source.hpp"
 #include "board/simulation/stations.hpp"
+#include "board/support/pacer.hpp"
 #include "sim/hal/simulated_hal.hpp"
 
 namespace tricoil::host {
@@ -20,7 +21,6 @@ private:
     bool do_advance(Microseconds patience) override;
     bool do_set_hemisphere(std::size_t sensor, const Vec3<double>& towards) override;
     [[nodiscard]] std::string do_status() const override;
-    [[nodiscard]] bool is_early();
 
     SimulationSetup setup_;
     Stations stations_;
@@ -29,8 +29,7 @@ private:
     sim::SimulatedCoilSampler sampler_;
     sim::SimulatedLink<double> link_;
     std::optional<app::MainLoop<double>> loop_;  // always has a value after construction
-    std::optional<HostTime> start_;              // real time: host time of the simulation's start; empty: as fast as possible
-    bool realtime_;
+    std::optional<Pacer> pacer_;                 // empty: as fast as possible
     bool ended_ = false;
 };
 

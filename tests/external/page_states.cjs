@@ -39,7 +39,12 @@ async function twoSensors(browser, html, check, pictures) {
   await wait(() => document.body.dataset.link === 'live' && document.body.dataset.quality === 'good');
   await save(page, pictures, 'two-sensors');
   check(/3 sigma ellipsoid, drawn x\d+/.test(await text(page, '#ellipsoid')), `the ellipsoid tells its scale: ${await text(page, '#ellipsoid')}`);
-  await page.evaluate(() => window.tricoil.scene.sensors.forEach(view => view.trail.clear()));  // colours of a trail change with its age
+  // The colours of a trail change with its age. A busy machine draws the scene without trails only with later poses.
+  const cleared = await page.evaluate(() => {
+    window.tricoil.scene.sensors.forEach(view => view.trail.clear());
+    return window.tricoil.poses;
+  });
+  await wait(count => window.tricoil.poses >= count + 10, cleared);
   const drawn = await settledScene(page);
   status = {confined_to: [[1, 0, 0], [1, 0, 0]]};
   await wait(() => window.tricoil.status.confined_to.length === 2);

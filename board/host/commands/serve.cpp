@@ -28,6 +28,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/output_file.hpp"
+#include "board/support/pacer.hpp"
 #include "board/support/service_notice.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/tracker_choice.hpp"
@@ -304,29 +305,27 @@ int serve_device(const RunCommand& run, PoseHub& hub, tracking::TrackerTap<doubl
 /// Plays the recording at its own pace.
 int serve_recording(const Recording& recording, const std::string& tracker, tracking::TrackerTap<double>& tap,
                     TrackerControl& control, ServiceNotice& notice, const std::function<void()>& ready) {
-    using Clock = std::chrono::steady_clock;
-    constexpr auto kRound = std::chrono::milliseconds(20);
+    constexpr Pacer::Duration kLongestSleep{20'000};
     const InterruptGuard guard;
     const auto paused = is_paused(control, notice);
     TrackerStage trackers(tap);
     RecordingPlayer player(recording, settings_of(recording, tracker), trackers);
     ready();
-    bool has_time = false;                 // since the clock of the device started
-    DeviceTime newest{};                   // times of several sensors may go back by a little
-    Clock::time_point due = Clock::now();  // of `newest`
+    bool has_time = false;  // since the clock of the device started
+    DeviceTime newest{};    // times of several sensors may go back by a little
+    Microseconds played{};
+    Pacer pacer;
     while (!guard.interrupted() && player.read()) {
         has_time = has_time && !player.begins();
         if (const auto time = player.time()) {
             const DeviceTime before = has_time ? newest : *time;
             newest = std::max(before, *time);
-            due += std::chrono::microseconds((newest - before).count());
+            played = played + (newest - before);
             has_time = true;
         }
-        for (auto now = Clock::now(); !guard.interrupted() && (paused() || now < due); now = Clock::now()) {
+        for (auto left = pacer.left(played); !guard.interrupted() && (paused() || left.count() > 0); left = pacer.left(played)) {
             (void)control.take();  // the hemisphere is part of the recording
-            due = control.running() ? due : std::max(due, now);
-            std::this_thread::sleep_for(
-                std::min<Clock::duration>(kRound, std::max<Clock::duration>(due - now, std::chrono::milliseconds(1))));
+            std::this_thread::sleep_for(std::clamp(left, Pacer::Duration{1'000}, kLongestSleep));
         }
         player.play();
     }

@@ -21,6 +21,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/pacer.hpp"
 #include "board/support/tracker_choice.hpp"
 #include "sim/hal/simulated_hal.hpp"
 
@@ -32,16 +33,6 @@ constexpr int kPosesPerBound = 16;  // for runs by columns and smoothed poses: a
 using SteadyClock = std::chrono::steady_clock;
 
 double seconds_since(SteadyClock::time_point start) { return std::chrono::duration<double>(SteadyClock::now() - start).count(); }
-
-/// Limits simulated time to real time. Time lost by a pause or a busy machine is not made up.
-void keep_pace(SteadyClock::time_point& start, double simulated_s) {
-    constexpr auto kMaxBehind = std::chrono::milliseconds(250);
-    const auto due = start + std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(simulated_s));
-    if (const auto behind = SteadyClock::now() - due; behind > kMaxBehind) {
-        start += behind;
-    }
-    std::this_thread::sleep_until(due);
-}
 
 /// Switches the coils off until the pause ends.
 template <typename Loop>
@@ -134,7 +125,7 @@ Pace drive(Loop& loop, const SimulatedBoard& board, const InterruptGuard& guard)
     }
     Pace pace;
     const auto begin = SteadyClock::now();
-    auto start = begin;  // reference of keep_pace()
+    Pacer pacer;
     DeviceTime newest = board.clock.now();
     std::uint64_t received = 0;
     while (!guard.interrupted()) {
@@ -166,7 +157,7 @@ Pace drive(Loop& loop, const SimulatedBoard& board, const InterruptGuard& guard)
             pause(loop, guard, observers);
         }
         if (board.options.realtime) {
-            keep_pace(start, board.clock.elapsed_s());
+            std::this_thread::sleep_for(pacer.left(microseconds_from_seconds(board.clock.elapsed_s())));
         }
     }
     loop.stop();
