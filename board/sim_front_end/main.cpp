@@ -1,4 +1,4 @@
-// The `tricoil-front-end` program: a simulated front end or tracker board on a real link.
+// The `tricoil-front-end` program: a simulated front end on a real link.
 #include <fmt/format.h>
 
 #include <unistd.h>
@@ -11,7 +11,6 @@
 #include "board/command_line/parse.hpp"
 #include "board/linux/device_uri.hpp"
 #include "board/sim_front_end/gpio_watch.hpp"
-#include "board/sim_front_end/tracker_board.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/multiplexing_names.hpp"
@@ -21,7 +20,6 @@
 #include "drivers/posix/monotonic_clock.hpp"
 #include "drivers/serial/serial_port.hpp"
 #include "sim/front_end/front_end.hpp"
-#include "sim/usb/gadget_port.hpp"
 #include "sim/usb/usbip_port.hpp"
 #include "sim/world/metal_check.hpp"
 #ifdef TRICOIL_WITH_CAN
@@ -52,7 +50,6 @@ struct Options {
     double idle_s = 300;
     bool sync = false;
     std::string calibration;
-    bool tracks = false;
 };
 
 std::unique_ptr<hal::MessagePort> make_port(const std::string& link) {
@@ -65,22 +62,16 @@ std::unique_ptr<hal::MessagePort> make_port(const std::string& link) {
     if (link == "usbip:") {
         return std::make_unique<sim::UsbIpPort>(sim::UsbIpParams{});
     }
-    if (link.starts_with("gadget:")) {
-        const char* folder = std::getenv("USB_FUNCTION");
-        return std::make_unique<sim::GadgetPort>(
-            sim::GadgetParams{folder == nullptr ? "/run/gadget" : folder, link.substr(7), "dummy_udc.0"});
-    }
     if (link == "pty:") {
         auto port = std::make_unique<drivers::PtyPort>();
         fmt::print("{}\n", port->path());
         std::fflush(stdout);
         return port;
     }
-    throw host::InputError("--link '" + link + "': use can:INTERFACE, usbip:, gadget:FOLDER or pty:");
+    throw host::InputError("--link '" + link + "': use can:INTERFACE, usbip: or pty:");
 }
 
-template <typename Device>
-nlohmann::ordered_json report(const Device& device, const hal::MessagePort& port, const GpioWatch* gpio) {
+nlohmann::ordered_json report(const sim::SimulatedFrontEnd& device, const hal::MessagePort& port, const GpioWatch* gpio) {
     const auto c = device.counters();
     nlohmann::ordered_json json = {{"slots", c.slots},
                                    {"sent", c.sent},
@@ -115,8 +106,7 @@ void keep_blob(const std::string& path, const std::vector<std::uint8_t>& blob) {
 
 /// Serves the link until all messages are sent, nothing was measured for the idle time, or a signal comes. Opens the link again
 /// if it is lost.
-template <typename Device>
-void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
+void serve(sim::SimulatedFrontEnd& device, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
     const host::InterruptGuard guard;
     std::optional<HostTime> finished;
     auto* const usb = dynamic_cast<sim::UsbIpPort*>(&port);
@@ -146,7 +136,7 @@ void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* 
             usb->stall_next(std::exchange(stalls, 0));
         }
         device.step(now);
-        if (!o.tracks && port.wait(Microseconds{0}).code() == StatusCode::device_lost && !port.open().ok()) {
+        if (port.wait(Microseconds{0}).code() == StatusCode::device_lost && !port.open().ok()) {
             ::usleep(20'000);
         }
         if (gpio != nullptr) {
@@ -159,19 +149,8 @@ void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* 
     }
 }
 
-/// Returns the final report.
-template <typename Device>
-std::string run_device(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
-    serve(device, port, o, gpio);
-    keep_blob(o.calibration, device.calibration());
-    return report(device, port, gpio).dump(2) + "\n";
-}
-
 int run(Options& o) {
     using host::index_of_name;
-    if (o.tracks && (!o.gpio.empty() || !o.faults.empty() || o.front_end.fails_self_check)) {
-        throw host::InputError("--tracks: a tracker board takes no --gpio, --fault or --fail-self-check");
-    }
     const auto scenario = std::make_shared<sim::Scenario>(host::load_scenario(o.scenario, o.seed));
     scenario->duration_s = o.front_end.duration_s;
     sim::check_metal(*scenario);
@@ -203,14 +182,11 @@ int run(Options& o) {
     if (!port->open().ok()) {
         throw host::DeviceError(port->detail());
     }
-    std::string text;
-    if (o.tracks) {
-        TrackerBoard board(*port, o.front_end);
-        text = run_device(board, *port, o, nullptr);
-    } else {
-        sim::SimulatedFrontEnd front_end(*port, o.front_end);
-        text = run_device(front_end, *port, o, gpio ? &*gpio : nullptr);
-    }
+    sim::SimulatedFrontEnd front_end(*port, o.front_end);
+    GpioWatch* const watch = gpio ? &*gpio : nullptr;
+    serve(front_end, *port, o, watch);
+    keep_blob(o.calibration, front_end.calibration());
+    const std::string text = report(front_end, *port, watch).dump(2) + "\n";
     if (!o.report.empty()) {
         host::write_whole_file(o.report, text);
     } else {
@@ -221,9 +197,8 @@ int run(Options& o) {
 
 int main_program(int argc, char** argv) {
     Options o;
-    CLI::App program{"Simulate a front end or a tracker board on a real link", "tricoil-front-end"};
-    program.add_option("--link", o.link, "can:INTERFACE[#NODE], usbip:, gadget:FOLDER or pty: (prints its path)")
-        ->capture_default_str();
+    CLI::App program{"Simulate a front end on a real link", "tricoil-front-end"};
+    program.add_option("--link", o.link, "can:INTERFACE[#NODE], usbip: or pty: (prints its path)")->capture_default_str();
     program.add_option("--scenario", o.scenario, "Built-in scenario or a .toml file")->capture_default_str();
     program.add_option("--mux", o.mux, "tdm, fdm or dual-band")->capture_default_str();
     program.add_option("--rate-hz", o.front_end.frame_rate_hz, "Frames per second")->capture_default_str();
@@ -234,7 +209,6 @@ int main_program(int argc, char** argv) {
         ->capture_default_str();
     program.add_option("--pace", o.pace, "real, or lockstep: wait for the host")->capture_default_str();
     program.add_option("--patience-ms", o.patience_ms, "Lockstep: longest wait for the host per slot")->capture_default_str();
-    program.add_flag("--tracks", o.tracks, "Simulate a tracker board, which sends poses");
     program.add_option("--serial", o.front_end.serial, "Serial number")->capture_default_str();
     program.add_option("--watchdog-us", o.front_end.watchdog_us, "Silence of the host after which the coils are switched off")
         ->capture_default_str();

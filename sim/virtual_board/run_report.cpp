@@ -1,7 +1,5 @@
 #include "sim/virtual_board/run_report.hpp"
 
-#include <utility>
-
 namespace tricoil::virtual_board {
 
 StackUse stack_use(VirtualBoard& board, std::uint32_t bottom, std::uint32_t top) {
@@ -24,13 +22,6 @@ WorstLatency worst_latency(const VirtualBoard& board) {
         }
     }
     return worst;
-}
-
-double LoadMeter::take() {
-    const Cpu& cpu = board_.machine.cpu;
-    const std::uint64_t busy = cpu.busy_cycles() - std::exchange(busy_, cpu.busy_cycles());
-    const std::uint64_t cycles = cpu.cycles() - std::exchange(cycles_, cpu.cycles());
-    return cycles == 0 ? 0 : static_cast<double>(busy) / static_cast<double>(cycles);
 }
 
 }  // namespace tricoil::virtual_board

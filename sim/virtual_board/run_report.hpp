@@ -41,16 +41,4 @@ struct WorstLatency {
 /// Longest time from an interrupt request to the first instruction of the handler, over all interrupts.
 WorstLatency worst_latency(const VirtualBoard& board);
 
-/// Processor load: share of the cycles since the last call in which the processor did not sleep.
-class LoadMeter {
-public:
-    explicit LoadMeter(const VirtualBoard& board) : board_(board) { take(); }
-    double take();
-
-private:
-    const VirtualBoard& board_;
-    std::uint64_t busy_ = 0;
-    std::uint64_t cycles_ = 0;
-};
-
 }  // namespace tricoil::virtual_board

@@ -8,11 +8,11 @@
 #include "board/app/tracker_device.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "core/signal/stated_plan.hpp"
-#include "sim/hal/simulated_processor.hpp"
-#include "sim/hal/simulated_storage.hpp"
-#include "sim/hal/single_precision.hpp"
 #include "sim/world/scenario.hpp"
 #include "tests/app/host_end.hpp"
+#include "tests/support/simulated_processor.hpp"
+#include "tests/support/simulated_storage.hpp"
+#include "tests/support/single_precision.hpp"
 
 namespace tricoil::test {
 

@@ -38,17 +38,11 @@ TEST_F(Device, TracksOverCanToTheLastBitWithoutLoss) {
 }
 
 TEST_F(Device, TracksOverUsbToTheLastBitWithoutLoss) {
-    const std::string gadget = std::getenv("USB_GADGET");
-    for (const std::string& link : {std::string("usbip:"), "gadget:" + gadget}) {
-        Program peer(kFrontEnd + " --link " + link + " --duration 4 --report /run/report.json");
-        Program tracker(tricoil("--device usb:1209:0001 --duration 2"));
-        ASSERT_EQ(tracker.wait(), 0) << complaints();
-        test::expect_equal_poses("/run/poses.csv", {}, 2, 1400);
-        EXPECT_EQ(summary()["columns_lost"], 0) << link;
-        peer.send(SIGTERM);
-        peer.wait();
-        EXPECT_TRUE(test::eventually([] { return std::system("grep -qs 1209 /sys/bus/usb/devices/*/idVendor") != 0; }));
-    }
+    Program peer(kFrontEnd + " --link usbip: --duration 4 --report /run/report.json");
+    Program tracker(tricoil("--device usb:1209:0001 --duration 2"));
+    ASSERT_EQ(tracker.wait(), 0) << complaints();
+    test::expect_equal_poses("/run/poses.csv", {}, 2, 1400);
+    EXPECT_EQ(summary()["columns_lost"], 0);
 }
 
 TEST_F(Device, TracksFdmAtNineHundredAndSixtyFrames) {
@@ -72,17 +66,6 @@ TEST_F(Device, LosesNothingAtTheFrontEndsOwnPace) {
     EXPECT_EQ(s["receive_dropped"], 0);
     EXPECT_EQ(s["starts"], 1);
     std::printf("%d columns at the front end's own pace\n", s["columns"].get<int>());
-}
-
-TEST_F(Device, ShowsWhatATrackerBoardSends) {
-    Program log("candump -L vcan0 > $OUT/tracker-board.log");
-    Program peer(front_end("--tracks --duration 3"));
-    Program tracker(tricoil("--device can:vcan0 --duration 1"));
-    ASSERT_EQ(tracker.wait(), 0) << complaints();
-    const Judged judged = judge("/run/poses.csv");
-    EXPECT_GT(judged.valid, 600U);
-    EXPECT_LT(judged.worst_mm, kWrongMm);
-    test::shell("cp /run/tricoil.out $OUT/tracker-board.json");
 }
 
 TEST_F(Device, LostColumnsAreCounted) {

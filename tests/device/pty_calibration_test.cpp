@@ -9,29 +9,12 @@ namespace {
 TEST_F(Pty, ALockedDeviceNamesItsButton) {
     const auto blob = calibration::encode(calibration::Calibration<double>{});
     std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.data()), std::ssize(blob));
-    for (const char* const options : {"--duration 4 --locked", "--duration 4 --locked --tracks"}) {
-        plug_in(options);
-        for (const std::string& command :
-             {"device loader " + device, "device write-calibration " + device + " " + in("cal.bin")}) {
-            EXPECT_EQ(tricoil(command), 3) << options;
-            EXPECT_THAT(err, ::testing::HasSubstr("refused without permission; press the button of the device"));
-            EXPECT_EQ(lines(err).size(), 1U) << err;
-        }
-        peer->send(SIGTERM);
-        peer->wait();
+    plug_in("--duration 4 --locked");
+    for (const std::string& command : {"device loader " + device, "device write-calibration " + device + " " + in("cal.bin")}) {
+        EXPECT_EQ(tricoil(command), 3);
+        EXPECT_THAT(err, ::testing::HasSubstr("refused without permission; press the button of the device"));
+        EXPECT_EQ(lines(err).size(), 1U) << err;
     }
-}
-
-TEST_F(Pty, ATrackerBoardShowsItsCondition) {
-    plug_in("--duration 4 --tracks");
-    ASSERT_EQ(tricoil("device info --json " + device), 0) << err;
-    const json info = json::parse(out);
-    EXPECT_EQ(info["reset_reason"], "power-on");
-    EXPECT_TRUE(info["crash"].is_null());
-    EXPECT_EQ(info["permission_s"], "always");
-    EXPECT_TRUE(info["warnings"].empty());
-    ASSERT_EQ(tricoil("device info " + device), 0) << err;
-    EXPECT_THAT(out, ::testing::HasSubstr("crash          none since power-on"));
 }
 
 TEST_F(Pty, ACalibrationIsWrittenReadAndKept) {

@@ -78,24 +78,6 @@ TEST_F(Pty, TracksInTwoBandsBitForBit) {
     expect_equal_poses(in("poses.csv"), params, 2, 470);
 }
 
-TEST_F(Pty, ATrackerBoardSendsColumnsOfTwoBands) {
-    plug_in("--tracks --duration 10");
-    ASSERT_EQ(tricoil("device mode --mux dual-band --columns " + device), 0) << err;
-    ASSERT_EQ(tricoil("run --json --tracker dual-band --device " + device + " --duration 2 --out " + in("poses.csv")), 0) << err;
-    const json summary = json::parse(lines(out).back());
-    EXPECT_EQ(summary["columns_lost"], 0);
-    EXPECT_EQ(summary["health"]["received"], summary["columns"]);
-    EXPECT_EQ(summary["health"]["refused"], 0);
-    const CsvTable poses = table(in("poses.csv"));
-    const Judged judged = judge(poses, *default_scenario()->motion, 0.2);
-    EXPECT_GT(judged.valid, 400U);
-    EXPECT_EQ(judged.invalid, 0U);
-    EXPECT_LT(judged.worst_mm, 5);
-    for (std::size_t row = 1; row < poses.rows(); ++row) {
-        EXPECT_EQ(poses.text(row, "flag_names"), "") << poses.text(row, "time_us");
-    }
-}
-
 TEST_F(Pty, TwoBandsNeedADeviceThatMeasuresThem) {
     plug_in("--duration 60");
     EXPECT_EQ(tricoil("run --wait 1 --tracker dual-band --device " + device), 3);
@@ -206,31 +188,6 @@ TEST_F(Pty, SelfcheckEndsWithOneIfARowFailedThere) {
     EXPECT_EQ(there["checks"].back()["outcome"], "fail");
     EXPECT_EQ(tricoil("selfcheck --device " + device), 1);
     EXPECT_THAT(out, ::testing::HasSubstr("1 failed: FAIL"));
-}
-
-TEST_F(Pty, ModeIsSetAndPrinted) {
-    plug_in("--duration 4 --tracks");
-    ASSERT_EQ(tricoil("device mode --mux fdm --rate-hz 960 --columns " + device), 0) << err;
-    EXPECT_EQ(out, device + ": front end, fdm, 960 frames a second\n");
-    ASSERT_EQ(tricoil("run --json --device " + device + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
-    EXPECT_GT(lines(read_text(in("poses.csv"))).size(), 300U);
-    EXPECT_EQ(tricoil("device mode --rate-hz 960 " + device), 3) << "TDM does not reach 960 frames/s";
-    EXPECT_THAT(err, ::testing::HasSubstr("this mode: refused: invalid value"));
-    EXPECT_EQ(tricoil("device mode --mux both " + device), 2);
-    EXPECT_EQ(tricoil("device mode --rate-hz -1 " + device), 2);
-}
-
-TEST_F(Pty, BoresightAndHemisphereActOnATrackerBoard) {
-    plug_in("--duration 600 --tracks --scenario still");
-    ASSERT_EQ(tricoil("device boresight " + device), 0) << err;
-    ASSERT_EQ(tricoil("device hemisphere --towards -1,0,0 " + device), 0) << err;
-    ASSERT_EQ(tricoil("run --device " + device + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
-    const auto poses = table(in("poses.csv"));
-    ASSERT_GT(poses.rows(), 10U);
-    EXPECT_LT(poses.number(poses.rows() - 1, "x_m"), 0);
-    EXPECT_EQ(tricoil("device hemisphere --towards 1,2 " + device), 2);
-    EXPECT_EQ(tricoil("device hemisphere --towards nan,0,0 " + device), 2);
-    ASSERT_EQ(tricoil("device boresight --clear " + device), 0) << err;
 }
 
 TEST_F(Pty, AFrontEndRefusesHemisphereAndBoresight) {

@@ -9,8 +9,8 @@
 #include "core/protocol/codec.hpp"
 #include "drivers/libusb/usb_port.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
-#include "sim/usb/gadget_port.hpp"
 #include "sim/usb/usbip_port.hpp"
+#include "tests/drivers/gadget_port.hpp"
 #include "tests/drivers/shell.hpp"
 #include "tests/protocol/random_messages.hpp"
 

@@ -101,12 +101,12 @@ class Names(unittest.TestCase):
 
 
 class FrontEnd(unittest.TestCase):
-    """A simulated front end that sends poses in real time."""
+    """A simulated front end that sends columns in real time."""
 
     def test_a_pause_of_the_program_does_not_delay_later_poses(self):
         program = os.environ["TRICOIL_FRONT_END"]
         front_end = subprocess.Popen(
-            [program, "--link", "pty:", "--pace", "real", "--duration", "30", "--tracks", "--mux", "fdm"], stdout=subprocess.PIPE, text=True
+            [program, "--link", "pty:", "--pace", "real", "--duration", "30", "--mux", "fdm"], stdout=subprocess.PIPE, text=True
         )
         self.addCleanup(front_end.stdout.close)
         self.addCleanup(front_end.wait)

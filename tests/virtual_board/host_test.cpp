@@ -8,8 +8,8 @@
 #include "board/nucleo_g474re/measuring.hpp"
 #include "drivers/stm32g4/gain_measurement.hpp"
 #include "drivers/stm32g4/range_steps.hpp"
-#include "sim/hal/simulated_processor.hpp"
-#include "sim/hal/simulated_storage.hpp"
+#include "tests/support/simulated_processor.hpp"
+#include "tests/support/simulated_storage.hpp"
 #include "tests/virtual_board/board_bench.hpp"
 
 namespace tricoil {

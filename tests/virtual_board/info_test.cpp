@@ -1,4 +1,4 @@
-// `tricoil device` with the flash image on a pseudo terminal: condition of the board, and the permission of its button.
+// The flash image on a pseudo terminal: `tricoil device`, and `tricoil run` in modes that the board does not start in.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -7,6 +7,7 @@
 
 #include "core/calibration/blob.hpp"
 #include "tests/device/program_folder.hpp"
+#include "tests/support/csv_table.hpp"
 
 namespace tricoil {
 namespace {
@@ -38,6 +39,8 @@ protected:
         }
         return false;
     }
+
+    [[nodiscard]] test::CsvTable poses() const { return test::CsvTable(test::read_text(in("poses.csv"))); }
 
     std::string device_;
 
@@ -89,6 +92,39 @@ TEST_F(DeviceInfo, LoaderAndCalibrationNeedTheButton) {
     EXPECT_EQ(tricoil("device write-calibration " + device_ + " " + in("cal.bin")), 0) << err;
     EXPECT_EQ(info()["permission_s"], 0);
     EXPECT_EQ(tricoil("device loader " + device_), 3) << "one press is for one command";
+}
+
+TEST_F(DeviceInfo, ShowsNoProgramErrorAfterPowerOn) {
+    plug_in("");
+    const json now = info();
+    EXPECT_EQ(now["reset_reason"], "power-on");
+    EXPECT_TRUE(now["crash"].is_null());
+    ASSERT_EQ(tricoil("device info " + device_), 0) << err;
+    EXPECT_THAT(out, HasSubstr("crash          none since power-on"));
+}
+
+TEST_F(DeviceInfo, ModeIsSetAndPrinted) {
+    plug_in("");
+    ASSERT_EQ(tricoil("device mode --mux fdm --rate-hz 240 --columns " + device_), 0) << err;
+    EXPECT_THAT(out, HasSubstr(device_ + ": front end, fdm, 2"));  // the rate that the timers reach
+    ASSERT_EQ(tricoil("run --json --device " + device_ + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
+    EXPECT_GT(poses().rows(), 80U);
+    EXPECT_EQ(tricoil("device mode --rate-hz 960 " + device_), 3) << "TDM does not reach 960 frames/s";
+    EXPECT_THAT(err, HasSubstr("this mode: refused: invalid value"));
+    EXPECT_EQ(tricoil("device mode --mux both " + device_), 2);
+    EXPECT_EQ(tricoil("device mode --rate-hz -1 " + device_), 2);
+}
+
+TEST_F(DeviceInfo, BoresightAndHemisphereActOnThePoses) {
+    plug_in("--scenario still");
+    ASSERT_EQ(tricoil("device boresight " + device_), 0) << err;
+    ASSERT_EQ(tricoil("device hemisphere --towards -1,0,0 " + device_), 0) << err;
+    ASSERT_EQ(tricoil("run --device " + device_ + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
+    ASSERT_GT(poses().rows(), 10U);
+    EXPECT_LT(poses().number(poses().rows() - 1, "x_m"), 0);
+    EXPECT_EQ(tricoil("device hemisphere --towards 1,2 " + device_), 2);
+    EXPECT_EQ(tricoil("device hemisphere --towards nan,0,0 " + device_), 2);
+    ASSERT_EQ(tricoil("device boresight --clear " + device_), 0) << err;
 }
 
 }  // namespace

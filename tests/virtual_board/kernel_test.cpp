@@ -31,11 +31,13 @@ void expect_tracking(const std::string& device) {
 }
 
 TEST(FlashImage, TracksOverTheKernelsCan) {
+    test::Program log("candump -L vcan0 > $OUT/tracker-board.log");
     test::Program board(kBoard + "--can vcan0 2>/run/board.err");
     test::Program info(TRICOIL_PROGRAM
                        " device info can:vcan0 --wait 60 >/run/info.out 2>&1");  // an emulated PC boots the image slowly
     ASSERT_EQ(info.wait(), 0) << test::read_text("/run/info.out");
     expect_tracking("can:vcan0");
+    test::shell("cp /run/tricoil.out $OUT/tracker-board.json");
     board.send(SIGTERM);
     EXPECT_EQ(board.wait(), 0) << test::read_text("/run/board.err");
 }

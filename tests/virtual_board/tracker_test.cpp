@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
+#include <utility>
 
 #include "board/nucleo_g474re/measuring.hpp"
 #include "core/protocol/command_arguments.hpp"
@@ -21,6 +22,22 @@ using test::BoardBench;
 constexpr std::uint8_t kPassed = 0;
 constexpr std::uint8_t kAbsent = 2;
 constexpr double kSettleS = 0.5;
+
+/// Processor load: share of the cycles since the last call in which the processor did not sleep.
+class LoadMeter {
+public:
+    explicit LoadMeter(const virtual_board::VirtualBoard& board) : cpu_(board.machine.cpu) { take(); }
+    double take() {
+        const std::uint64_t busy = cpu_.busy_cycles() - std::exchange(busy_, cpu_.busy_cycles());
+        const std::uint64_t cycles = cpu_.cycles() - std::exchange(cycles_, cpu_.cycles());
+        return cycles == 0 ? 0 : static_cast<double>(busy) / static_cast<double>(cycles);
+    }
+
+private:
+    const virtual_board::Cpu& cpu_;
+    std::uint64_t busy_ = 0;
+    std::uint64_t cycles_ = 0;
+};
 
 struct Score {
     std::size_t valid = 0;
@@ -221,7 +238,7 @@ TEST_P(ModeOfTheBoard, TracksWithTimeToSpare) {
     ASSERT_EQ(bench.ask(test::on_usb, Opcode::start), AckResult::done);
     bench.fed[test::on_usb] = true;
     bench.run(0.2);
-    virtual_board::LoadMeter load(*bench.board);
+    LoadMeter load(*bench.board);
     const std::size_t before = bench.host(test::on_usb).poses.size();
     bench.run(1);
     const double share = load.take();
@@ -280,7 +297,7 @@ TEST(Tracker, RunsWithoutLoss) {
     const double duration_s = wanted == nullptr ? 8 : std::stod(wanted);
     BoardBench bench;
     bench.start({test::on_serial});
-    virtual_board::LoadMeter load(*bench.board);
+    LoadMeter load(*bench.board);
     bench.run(duration_s);
     const double share = load.take();
     const auto latency = virtual_board::worst_latency(*bench.board);

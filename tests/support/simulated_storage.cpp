@@ -1,4 +1,4 @@
-#include "sim/hal/simulated_storage.hpp"
+#include "tests/support/simulated_storage.hpp"
 
 #include <cstring>
 

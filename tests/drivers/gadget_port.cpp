@@ -1,4 +1,4 @@
-#include "sim/usb/gadget_port.hpp"
+#include "tests/drivers/gadget_port.hpp"
 
 #include <endian.h>
 #include <fcntl.h>
