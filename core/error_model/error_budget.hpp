@@ -72,13 +72,4 @@ ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6
 template <typename Scalar>
 ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_ratio, const BudgetParams<Scalar>& params);
 
-extern template SystematicErrors<float> systematic_errors(const MotionState<float>&, const BudgetParams<float>&);
-extern template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);
-extern template ErrorBudget<float> error_budget(const MotionState<float>&, float, const BudgetParams<float>&);
-extern template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
-extern template SystematicErrors<float> timing_errors(const MotionState<float>&, const BoardTiming<float>&);
-extern template SystematicErrors<double> timing_errors(const MotionState<double>&, const BoardTiming<double>&);
-extern template ErrorBudget<float> budget_of(const SystematicErrors<float>&, const Mat6<float>&, float);
-extern template ErrorBudget<double> budget_of(const SystematicErrors<double>&, const Mat6<double>&, double);
-
 }  // namespace tricoil::error_model

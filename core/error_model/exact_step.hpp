@@ -39,14 +39,4 @@ Result<PoseAngleError<Scalar>> exact_step_error(const solver::AnglePose<Scalar>&
                                                 const solver::AnglePose<Scalar>& linearised_about,
                                                 const solver::AnglePose<Scalar>& estimate);
 
-extern template RelativePose<float> relative_pose(const solver::AnglePose<float>&, const solver::AnglePose<float>&);
-extern template RelativePose<double> relative_pose(const solver::AnglePose<double>&, const solver::AnglePose<double>&);
-extern template Result<solver::TrackingIncrements<float>> exact_increments(const RelativePose<float>&, float);
-extern template Result<solver::TrackingIncrements<double>> exact_increments(const RelativePose<double>&, double);
-extern template Result<PoseAngleError<float>> exact_step_error(const solver::AnglePose<float>&, const solver::AnglePose<float>&,
-                                                               const solver::AnglePose<float>&);
-extern template Result<PoseAngleError<double>> exact_step_error(const solver::AnglePose<double>&,
-                                                                const solver::AnglePose<double>&,
-                                                                const solver::AnglePose<double>&);
-
 }  // namespace tricoil::error_model

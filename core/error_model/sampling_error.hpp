@@ -32,11 +32,4 @@ PoseError<Scalar> latency_error(const MotionState<Scalar>& state, Scalar latency
     return error;
 }
 
-extern template PoseError<float> matrix_error(const MotionState<float>&, const Mat3<float>&);
-extern template PoseError<double> matrix_error(const MotionState<double>&, const Mat3<double>&);
-extern template PoseError<float> skew_error(const MotionState<float>&, const Vec3<float>&);
-extern template PoseError<double> skew_error(const MotionState<double>&, const Vec3<double>&);
-extern template PoseError<float> blur_error(const MotionState<float>&, float);
-extern template PoseError<double> blur_error(const MotionState<double>&, double);
-
 }  // namespace tricoil::error_model

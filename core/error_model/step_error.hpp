@@ -27,9 +27,4 @@ PoseError<Scalar> linearization_error(const MotionState<Scalar>& state, Scalar u
 template <typename Scalar>
 PoseError<Scalar> frame_propagation_error(const MotionState<Scalar>& state, Scalar update_s);
 
-extern template PoseError<float> linearization_error(const MotionState<float>&, float, StepForm);
-extern template PoseError<double> linearization_error(const MotionState<double>&, double, StepForm);
-extern template PoseError<float> frame_propagation_error(const MotionState<float>&, float);
-extern template PoseError<double> frame_propagation_error(const MotionState<double>&, double);
-
 }  // namespace tricoil::error_model

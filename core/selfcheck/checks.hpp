@@ -40,21 +40,4 @@ void check_times(Report& report);
 template <typename Scalar>
 void check_demodulator(Report& report);
 
-extern template void check_geometry<float>(Report&);
-extern template void check_geometry<double>(Report&);
-extern template void check_field<float>(Report&);
-extern template void check_field<double>(Report&);
-extern template void check_solver<float>(Report&);
-extern template void check_solver<double>(Report&);
-extern template void check_direct<float>(Report&);
-extern template void check_direct<double>(Report&);
-extern template void check_examples<float>(Report&);
-extern template void check_examples<double>(Report&);
-extern template void check_error_model<float>(Report&);
-extern template void check_error_model<double>(Report&);
-extern template void check_arithmetic<float>(Report&);
-extern template void check_arithmetic<double>(Report&);
-extern template void check_demodulator<float>(Report&);
-extern template void check_demodulator<double>(Report&);
-
 }  // namespace tricoil::selfcheck

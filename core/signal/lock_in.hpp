@@ -32,13 +32,4 @@ template <typename Scalar>
 std::array<Scalar, kChannels> hum_step(std::span<const Oscillator<Scalar>> oscillators,
                                        std::span<const ChannelPhasors<Scalar>> carriers, std::span<const Sample> window);
 
-extern template ChannelPhasors<float> lock_in(const Oscillator<float>&, std::span<const Sample>);
-extern template ChannelPhasors<double> lock_in(const Oscillator<double>&, std::span<const Sample>);
-extern template ChannelPhasors<float> hum_leakage(const Oscillator<float>&, const std::array<float, kChannels>&, std::size_t);
-extern template ChannelPhasors<double> hum_leakage(const Oscillator<double>&, const std::array<double, kChannels>&, std::size_t);
-extern template std::array<float, kChannels> hum_step(std::span<const Oscillator<float>>, std::span<const ChannelPhasors<float>>,
-                                                      std::span<const Sample>);
-extern template std::array<double, kChannels> hum_step(std::span<const Oscillator<double>>,
-                                                       std::span<const ChannelPhasors<double>>, std::span<const Sample>);
-
 }  // namespace tricoil::signal

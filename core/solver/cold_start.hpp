@@ -39,13 +39,4 @@ template <typename Scalar>
 Result<ColdSolution<Scalar>> solve_cold(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x,
                                         const Mat3<Scalar>& weights, const ColdStartParams<Scalar>& params = {});
 
-extern template Result<RigidPose<float>> corrected_direct(const field::GeneralDipole<float>&, const Mat3<float>&,
-                                                          const Vec3<float>&, int);
-extern template Result<RigidPose<double>> corrected_direct(const field::GeneralDipole<double>&, const Mat3<double>&,
-                                                           const Vec3<double>&, int);
-extern template Result<ColdSolution<float>> solve_cold(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
-                                                       const ColdStartParams<float>&);
-extern template Result<ColdSolution<double>> solve_cold(const field::GeneralDipole<double>&, const Mat3<double>&,
-                                                        const Mat3<double>&, const ColdStartParams<double>&);
-
 }  // namespace tricoil::solver

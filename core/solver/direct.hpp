@@ -23,7 +23,4 @@ struct DirectSolution {
 template <typename Scalar>
 Result<DirectSolution<Scalar>> solve_direct(const Mat3<Scalar>& x, Scalar coupling_constant);
 
-extern template Result<DirectSolution<float>> solve_direct(const Mat3<float>&, float);
-extern template Result<DirectSolution<double>> solve_direct(const Mat3<double>&, double);
-
 }  // namespace tricoil::solver

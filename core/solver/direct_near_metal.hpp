@@ -13,9 +13,4 @@ template <typename Scalar>
 Result<DirectSolution<Scalar>> solve_near_metal(const field::InducedDipoles<Scalar>& metal, const Mat3<Scalar>& x,
                                                 Scalar coupling_constant, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o);
 
-extern template Result<DirectSolution<float>> solve_near_metal(const field::InducedDipoles<float>&, const Mat3<float>&, float,
-                                                               const Vec3<float>&, const Mat3<float>&);
-extern template Result<DirectSolution<double>> solve_near_metal(const field::InducedDipoles<double>&, const Mat3<double>&, double,
-                                                                const Vec3<double>&, const Mat3<double>&);
-
 }  // namespace tricoil::solver

@@ -55,13 +55,4 @@ template <typename Scalar>
 Result<VectorPose<Scalar>> step_vectors(const Mat3<Scalar>& x, Scalar coupling_constant, const VectorPose<Scalar>& previous,
                                         int passes = 1);
 
-extern template Result<TrackingIncrements<float>> tracking_increments(const Mat3<float>&, float);
-extern template Result<TrackingIncrements<double>> tracking_increments(const Mat3<double>&, double);
-extern template Result<AnglePose<float>> add_increments(const AnglePose<float>&, const TrackingIncrements<float>&);
-extern template Result<AnglePose<double>> add_increments(const AnglePose<double>&, const TrackingIncrements<double>&);
-extern template Result<AnglePose<float>> step_angles(const Mat3<float>&, float, const AnglePose<float>&, int);
-extern template Result<AnglePose<double>> step_angles(const Mat3<double>&, double, const AnglePose<double>&, int);
-extern template Result<VectorPose<float>> step_vectors(const Mat3<float>&, float, const VectorPose<float>&, int);
-extern template Result<VectorPose<double>> step_vectors(const Mat3<double>&, double, const VectorPose<double>&, int);
-
 }  // namespace tricoil::solver

@@ -69,13 +69,4 @@ template <typename Scalar>
 Result<Minimum<Scalar>> minimise(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
                                  const RigidPose<Scalar>& start, const RefineParams<Scalar>& params = {});
 
-extern template Result<Refinement<float>> refine(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
-                                                 const RigidPose<float>&, const RefineParams<float>&);
-extern template Result<Refinement<double>> refine(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
-                                                  const RigidPose<double>&, const RefineParams<double>&);
-extern template Result<Minimum<float>> minimise(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
-                                                const RigidPose<float>&, const RefineParams<float>&);
-extern template Result<Minimum<double>> minimise(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
-                                                 const RigidPose<double>&, const RefineParams<double>&);
-
 }  // namespace tricoil::solver

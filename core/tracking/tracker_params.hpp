@@ -114,9 +114,4 @@ void set_plan(CommonParams<Scalar>& common, const signal::AcquisitionPlan& plan)
 template <typename Scalar>
 Status check(const TrackerParams<Scalar>& params);
 
-extern template void set_plan(CommonParams<float>&, const signal::AcquisitionPlan&);
-extern template void set_plan(CommonParams<double>&, const signal::AcquisitionPlan&);
-extern template Status check(const TrackerParams<float>&);
-extern template Status check(const TrackerParams<double>&);
-
 }  // namespace tricoil::tracking

@@ -162,15 +162,10 @@ private:
         }
         fix_gauge(model);
         fix_stage(loss_m);
-        ceres::Solver::Options options;
-        options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-        options.logging_type = ceres::SILENT;
-        options.max_num_iterations = 100;
+        ceres::Solver::Options options = silent_options(ceres::DENSE_NORMAL_CHOLESKY);
         options.function_tolerance = 1e-10;
         options.num_threads = 2;
-        ceres::Solver::Summary summary;
-        ceres::Solve(options, problem_.get(), &summary);
-        refuse_unusable(summary);
+        solve_usably(*problem_, options);
     }
 
     [[nodiscard]] Rigid mount_of(std::size_t m) const {

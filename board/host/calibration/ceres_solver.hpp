@@ -8,22 +8,26 @@
 
 namespace tricoil::host {
 
-/// Throws InputError if the solution cannot be used.
-inline void refuse_unusable(const ceres::Solver::Summary& summary) {
-    if (!summary.IsSolutionUsable()) {
-        throw InputError("the calibration does not converge: " + summary.message);
-    }
+/// Options of a solver that prints nothing. DENSE_QR: for few parameters.
+inline ceres::Solver::Options silent_options(ceres::LinearSolverType solver = ceres::DENSE_QR, int iterations = 100) {
+    ceres::Solver::Options options;
+    options.linear_solver_type = solver;
+    options.logging_type = ceres::SILENT;
+    options.max_num_iterations = iterations;
+    return options;
 }
 
-/// Solves a problem with few parameters. Throws InputError if the solution cannot be used.
-inline void solve_dense(ceres::Problem& problem) {
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_QR;
-    options.logging_type = ceres::SILENT;
-    options.max_num_iterations = 100;
+inline ceres::Solver::Summary summary_of(ceres::Problem& problem, const ceres::Solver::Options& options) {
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
-    refuse_unusable(summary);
+    return summary;
+}
+
+/// Throws InputError if the solution cannot be used.
+inline void solve_usably(ceres::Problem& problem, const ceres::Solver::Options& options = silent_options()) {
+    if (const auto summary = summary_of(problem, options); !summary.IsSolutionUsable()) {
+        throw InputError("the calibration does not converge: " + summary.message);
+    }
 }
 
 }  // namespace tricoil::host

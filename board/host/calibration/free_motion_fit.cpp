@@ -147,7 +147,7 @@ private:
         RigidBlock no_source{};
         RigidBlock no_jig{};
         std::array<double, kStage> no_stage{};
-        ceres::Solver::Options options;
+        ceres::Solver::Options options = silent_options(ceres::DENSE_SCHUR, 50);
         options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
         options.linear_solver_ordering->AddElementToGroup(magnetic_.data(), 1);
         for (std::size_t k = 0; k < poses_.size(); ++k) {
@@ -163,14 +163,9 @@ private:
         sigma_m_ = loss_m / kLossMedians;
         const auto [rows, target] = prior();
         problem.AddResidualBlock(new ceres::NormalPrior(rows, target), nullptr, magnetic_.data());
-        options.linear_solver_type = ceres::DENSE_SCHUR;
-        options.logging_type = ceres::SILENT;
-        options.max_num_iterations = 50;
         options.function_tolerance = 1e-9;
         options.num_threads = 2;
-        ceres::Solver::Summary summary;
-        ceres::Solve(options, &problem, &summary);
-        refuse_unusable(summary);
+        solve_usably(problem, options);
         for (std::size_t k = 0; k < poses_.size(); ++k) {
             const Mat3<double> turned = poses_[k].q_source_sensor.toRotationMatrix() * rotation_of(blocks[k].data() + 3);
             poses_[k] = {length_of(blocks[k].data()), Quat<double>(turned).normalized()};

@@ -178,7 +178,7 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
                                  new ceres::CauchyLoss(kHandError_m), p.sensor.data(), p.moment.data(), p.grid.data(),
                                  p.pivot[frame.file].data());
     }
-    solve_dense(problem);
+    solve_usably(problem);
     std::vector<double> residuals;
     ceres::Problem::EvaluateOptions evaluate;
     evaluate.apply_loss_function = false;

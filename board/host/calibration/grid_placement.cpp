@@ -61,7 +61,7 @@ GridPlacement place_on_grid(const std::vector<GridFrame>& frames, const std::vec
                                      new PlacementResidual{node, poses[k], poses[k].q_source_sensor.toRotationMatrix()}),
                                  new ceres::CauchyLoss(kHandError_m), &scale, grid.data(), pivots[frames[k].file].data());
     }
-    solve_dense(problem);
+    solve_usably(problem);
     GridPlacement placement;
     placement.scale = scale;
     Mat3<double> turn;

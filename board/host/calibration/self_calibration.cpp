@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "board/host/calibration/ceres_solver.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/linear/eigen.hpp"
@@ -138,13 +139,9 @@ SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double p
             problem.AddResidualBlock(new ceres::NormalPrior(stiffness, *shape), nullptr, shape->data());
         }
     }
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-    options.logging_type = ceres::SILENT;
-    options.max_num_iterations = 60;
+    ceres::Solver::Options options = silent_options(ceres::DENSE_NORMAL_CHOLESKY, 60);
     options.function_tolerance = 1e-12;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
+    const auto summary = summary_of(problem, options);
     SelfCalibration result;
     result.converged = summary.IsSolutionUsable() && summary.termination_type == ceres::CONVERGENCE;
     result.sensor = symmetric(sensor.data());

@@ -8,6 +8,7 @@
 #include <memory>
 #include <tuple>
 
+#include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/dipole_search.hpp"
 #include "board/host/calibration/fit_quality.hpp"
 #include "board/support/errors.hpp"
@@ -169,13 +170,8 @@ private:
         if (problem.NumParameterBlocks() == constant_blocks(problem)) {
             return;
         }
-        ceres::Solver::Options options;
-        options.linear_solver_type = data_.attitudes_known ? ceres::DENSE_NORMAL_CHOLESKY : ceres::DENSE_SCHUR;
-        options.logging_type = ceres::SILENT;
-        options.max_num_iterations = 100;
-        ceres::Solver::Summary summary;
-        ceres::Solve(options, &problem, &summary);
-        if (!summary.IsSolutionUsable()) {
+        const auto solver = data_.attitudes_known ? ceres::DENSE_NORMAL_CHOLESKY : ceres::DENSE_SCHUR;
+        if (const auto summary = summary_of(problem, silent_options(solver)); !summary.IsSolutionUsable()) {
             throw InputError("the fit of the surroundings does not converge: " + summary.message);
         }
     }

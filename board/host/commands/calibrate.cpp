@@ -166,10 +166,9 @@ void add_blob(CLI::App* kind, CalibrationFiles& files) {
 }
 
 void add_coils(CLI::App* kind, CalibrationFiles& files) {
-    kind->add_option("--calibration", files.calibration, "Calibration of the coils (TOML), made where there is no metal")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(
+        kind->add_option("--calibration", files.calibration, "Calibration of the coils (TOML), made where there is no metal"))
+        ->required();
 }
 
 void add_converters_from(CLI::App* kind, CalibrationFiles& files) {
@@ -200,13 +199,9 @@ CLI::Option* add_nodes(CLI::App* kind, std::optional<GridSize>& nodes) {
 }
 
 CLI::Option* add_hemisphere(CLI::App* kind, std::optional<Vec3<double>>& hemisphere) {
-    return kind
-        ->add_option_function<std::vector<double>>(
-            "--hemisphere", [&hemisphere](const std::vector<double>& given) { hemisphere = hemisphere_of(given); },
-            "Direction to the half space of most positions, source frame (default 1,0,0)")
-        ->type_name("X,Y,Z")
-        ->expected(3)
-        ->delimiter(',');
+    return vector_xyz(kind->add_option_function<std::vector<double>>(
+        "--hemisphere", [&hemisphere](const std::vector<double>& given) { hemisphere = hemisphere_of(given); },
+        "Direction to the half space of most positions, source frame (default 1,0,0)"));
 }
 
 void add_model(CLI::App* kind, FitModel& model) {

@@ -1,5 +1,6 @@
 #include "board/host/calibration/wiring.hpp"
 #include "board/host/commands/calibrations.hpp"
+#include "board/host/commands/commands.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/terminal_text.hpp"
 
@@ -35,11 +36,8 @@ void add_wiring_check(CLI::App* calibrate, Action& action) {
     auto c = std::make_shared<WiringCommand>();
     CLI::App* const kind = add_kind(calibrate, "wiring", "Coil and polarity of each channel, from a sensor at a known position",
                                     c->files, "Couplings of column frames (CSV)");
-    kind->add_option("--at", c->position, "Position of the sensor, its axes parallel to those of the source")
-        ->required()
-        ->type_name("X,Y,Z")
-        ->expected(3)
-        ->delimiter(',');
+    vector_xyz(kind->add_option("--at", c->position, "Position of the sensor, its axes parallel to those of the source"))
+        ->required();
     set_examples(kind, {{"coil and polarity of each channel", "tricoil calibrate wiring --at 0.4,0.2,0.1 frames.csv"}});
     kind->callback([c, &action] { action = [c] { return check_wiring(*c); }; });
 }

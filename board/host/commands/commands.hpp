@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/program.hpp"
 #include "board/support/text_table.hpp"
 
@@ -38,6 +39,12 @@ std::vector<std::string> renew_calibrate(const std::vector<std::string>& words);
 
 /// Refuses an empty name: the program would treat it as an omitted option.
 inline std::string refuse_empty(const std::string& name) { return name.empty() ? "a name is missing" : ""; }
+
+/// The value is a file or folder. Returns the option.
+inline CLI::Option* file_name(CLI::Option* option) { return option->check(refuse_empty)->type_name(kFileType); }
+inline CLI::Option* folder_name(CLI::Option* option) { return option->check(refuse_empty)->type_name(kFolderType); }
+/// The value is a vector. Returns the option.
+inline CLI::Option* vector_xyz(CLI::Option* option) { return option->type_name("X,Y,Z")->expected(3)->delimiter(','); }
 
 /// Refuses a text that is not a 64-bit unsigned integer: CLI11 replaces a larger number by the maximum.
 inline std::string refuse_overflow(const std::string& text) {

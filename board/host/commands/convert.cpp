@@ -48,16 +48,13 @@ int run_convert(const ConvertCommand& command) {
 
 void add_convert_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ConvertCommand>();
-    sub->add_option("recording", command->folder, "Folder written by run --record")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFolderType);
+    folder_name(sub->add_option("recording", command->folder, "Folder written by run --record"))->required();
     one_of(sub->add_option("--to", command->form,
                            "Format; mat: MATLAB, Octave; mcap: Foxglove, PlotJuggler; rests: mean couplings of each interval in "
                            "which the sensor rests, for calibrate grid"),
            convert_formats())
         ->capture_default_str();
-    sub->add_option("--out", command->out, "Output file; default: standard output")->check(refuse_empty)->type_name(kFileType);
+    file_name(sub->add_option("--out", command->out, "Output file; default: standard output"));
     sub->add_flag("--json", command->json, "Summary as JSON");
     add_stage_options(sub, command->stages);
     set_examples(sub, {{"for MATLAB", "tricoil convert take1 --to mat --out take1.mat"},

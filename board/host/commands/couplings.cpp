@@ -100,37 +100,24 @@ int run_command(CouplingsCommand& c) {
 
 void add_couplings_command(CLI::App* sub, Action& action) {
     auto c = std::make_shared<CouplingsCommand>();
-    sub->add_option("--high", c->files.high, "CSV of the high band: source1_sensor1,source1_sensor2,...")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFileType);
-    sub->add_option("--low", c->files.low,
-                    "CSV of the low band; line k is the mean over the 2 x RATIO high-band lines before line k x RATIO")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(sub->add_option("--high", c->files.high, "CSV of the high band: source1_sensor1,source1_sensor2,..."))->required();
+    file_name(sub->add_option("--low", c->files.low,
+                              "CSV of the low band; line k is the mean over the 2 x RATIO high-band lines before line k x RATIO"))
+        ->required();
     sub->add_option("--ratio", c->ratio, "High-band lines for each low-band line")
         ->required()
         ->check(refuse_bad_ratio)
         ->type_name("N");
-    sub->add_option("--calibration", c->calibration, "JSON with the coils of both bands: high and low")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFileType);
-    sub->add_option("--out", c->out, "CSV to write: one row for each high-band line")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(sub->add_option("--calibration", c->calibration, "JSON with the coils of both bands: high and low"))->required();
+    file_name(sub->add_option("--out", c->out, "CSV to write: one row for each high-band line"))->required();
     sub->add_option("--scalar", c->scalar,
                     "K of the extrapolation to zero metal: low - K (high - low); default: estimated from the data so far");
     one_of(sub->add_option("--tracker", c->tracker, "Kalman filter of pose and bias (scaat), or hold the last bias (direct)"),
            kTrackers)
         ->capture_default_str();
     sub->add_option("--rate-hz", c->rate_hz, "High-band lines per second")->capture_default_str();
-    sub->add_option("--hemisphere", c->hemisphere, "Half space (source frame) of the first pose; default: from the coils")
-        ->type_name("X,Y,Z")
-        ->delimiter(',')
-        ->expected(3);
+    vector_xyz(
+        sub->add_option("--hemisphere", c->hemisphere, "Half space (source frame) of the first pose; default: from the coils"));
     sub->add_flag("--json", c->json, "Summary as JSON");
     set_examples(
         sub,

@@ -213,11 +213,10 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
     one_of(sub->add_option("--solver", c->solver, "Closed form (direct), or Gauss-Newton with all coil parameters (refined)"),
            kSolvers)
         ->capture_default_str();
-    sub->add_option("--stage-from", c->stage_from,
-                    "Remove the errors of the stage that another calibration of the same stage found (calibrate stage --stage), "
-                    "without its stray field")
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(sub->add_option(
+        "--stage-from", c->stage_from,
+        "Remove the errors of the stage that another calibration of the same stage found (calibrate stage --stage), "
+        "without its stray field"));
     sub->add_flag("--refit-fixtures", c->refit_fixtures,
                   "Fit the fixtures to these data, and the scale of a free-motion calibration (stated in the output)");
     sub->add_flag("--dynamic", c->dynamic, "Compare a recorded pose stream with a reference: clock, frames, error due to motion");

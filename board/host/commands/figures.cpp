@@ -69,10 +69,7 @@ int figures(const FiguresCommand& command) {
 
 void add_figures_command(CLI::App* sub, Action& action) {
     auto c = std::make_shared<FiguresCommand>();
-    sub->add_option("--out", c->out, "Output folder; created if its parent folder exists")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFolderType);
+    folder_name(sub->add_option("--out", c->out, "Output folder; created if its parent folder exists"))->required();
     sub->add_option("--hand-motion", c->hand_motion,
                     "Folder of recorded .traj files for the error budget; default: generated motions")
         ->type_name(kFolderType);

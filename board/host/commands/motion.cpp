@@ -225,7 +225,7 @@ void add_motion_command(CLI::App* sub, Action& action) {
     sub->add_option("--rate-hz", c->rate_hz, "Updates per second")->capture_default_str();
     sub->add_option("--gap", c->gap_s, "Processing and multiplexing gap that lengthens each update, s")->capture_default_str();
     sub->add_option("--duration", c->duration_s, "Duration, s")->capture_default_str();
-    sub->add_option("--out", c->out, "All updates as CSV; - is standard output")->check(refuse_empty)->type_name(kFileType);
+    file_name(sub->add_option("--out", c->out, "All updates as CSV; - is standard output"));
     sub->add_flag("--json", c->json, "Result as JSON");
     set_examples(sub, {{"example III of the paper, in a closed loop", "tricoil motion --example III --loop closed"},
                        {"an elevation rate of 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"}});

@@ -75,13 +75,10 @@ int plot(const PlotCommand& command) {
 
 void add_plot_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<PlotCommand>();
-    sub->add_option("poses", command->poses, "Folder written by run --record, or CSV file of run --out or convert")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFileType);
-    sub->add_option("--out", command->out, "Picture, .svg or .png; default: name of the poses with .svg; - is standard output")
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(sub->add_option("poses", command->poses, "Folder written by run --record, or CSV file of run --out or convert"))
+        ->required();
+    file_name(sub->add_option("--out", command->out,
+                              "Picture, .svg or .png; default: name of the poses with .svg; - is standard output"));
     sub->add_flag("--json", command->json, "Summary as JSON");
     command->stage_options = add_stage_options(sub, command->stages);
     set_examples(sub, {{"a recording", "tricoil plot take1 --out take1.svg"},

@@ -43,8 +43,8 @@ int run_protocol(const ProtocolCommand& command) {
 
 void add_protocol_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ProtocolCommand>();
-    sub->add_option("--dbc", command->dbc, "Write a DBC file (node 0)")->check(refuse_empty)->type_name(kFileType);
-    sub->add_option("--page", command->page, "Write the page, Markdown")->check(refuse_empty)->type_name(kFileType);
+    file_name(sub->add_option("--dbc", command->dbc, "Write a DBC file (node 0)"));
+    file_name(sub->add_option("--page", command->page, "Write the page, Markdown"));
     sub->add_flag("--json", command->json, "Names of the written files, or their contents, as JSON");
     set_examples(sub, {{"the page", "tricoil protocol"}, {"for CAN tools", "tricoil protocol --dbc tricoil.dbc"}});
     sub->callback([command, &action] { action = [command] { return run_protocol(*command); }; });

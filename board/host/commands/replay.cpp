@@ -91,15 +91,11 @@ int run_replay(const ReplayCommand& command) {
 
 void add_replay_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ReplayCommand>();
-    sub->add_option("recording", command->folder, "Folder written by run --record")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFolderType);
+    folder_name(sub->add_option("recording", command->folder, "Folder written by run --record"))->required();
     one_of(sub->add_option("--tracker", command->tracker, "Another tracker; default: as recorded"), kTrackerNames)
         ->check(refuse_empty);
-    sub->add_option("--out", command->out, "Write the poses to this file, in the format of poses.csv; - is standard output")
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(
+        sub->add_option("--out", command->out, "Write the poses to this file, in the format of poses.csv; - is standard output"));
     sub->add_flag("--json", command->json, "Summary as JSON");
     command->stage_options = add_stage_options(sub, command->stages);
     set_examples(sub, {{"is the recorded run reproduced bit for bit?", "tricoil replay take1"},

@@ -59,9 +59,7 @@ void add_device_options(CLI::App* sub, RunCommand& command) {
         sub->add_option("--device", command.device, "sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH")
             ->type_name(kDeviceType)
             ->capture_default_str();
-    sub->add_option("--config", command.config, "Board configuration (TOML); --device overrides it")
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(sub->add_option("--config", command.config, "Board configuration (TOML); --device overrides it"));
     sub->add_option("--wait", command.wait_s, "Time to wait for the device at the start; 0: no limit")
         ->check(refuse_negative_time)
         ->type_name(kSecondsType)
@@ -102,11 +100,9 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
     sub->add_flag("--confined", o.confined,
                   "The sensor never leaves the half space of the start (device: of --hemisphere); the hemisphere stays known "
                   "after a loss");
-    sub->add_option(
-           "--calibration", o.calibration,
-           "Coils and surroundings for the tracker: file of tricoil calibrate; default: that of --config, or ideal coils")
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(sub->add_option(
+        "--calibration", o.calibration,
+        "Coils and surroundings for the tracker: file of tricoil calibrate; default: that of --config, or ideal coils"));
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct and previous: treat the latest three columns as simultaneous");
     sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this time (at most 0.1 s) ahead of the newest column")
         ->type_name(kSecondsType);
@@ -115,22 +111,16 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
 void add_output_options(CLI::App* sub, RunCommand& command) {
     sub->option_defaults()->group(kOutput);
     RunOptions& o = command.options;
-    sub->add_option("--out", o.out_csv,
-                    "Write all poses to this CSV file, in a simulated run with the true poses; - is standard output")
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(sub->add_option("--out", o.out_csv,
+                              "Write all poses to this CSV file, in a simulated run with the true poses; - is standard output"));
     sub->add_option("--json-lines", command.json_lines,
                     "Write all poses as lines of JSON to standard output (-), as tricoil serve --json-lines does")
         ->check(refuse_empty);
-    sub->add_option(
-           "--couplings", o.couplings,
-           "Simulated run: write true poses and couplings to this CSV file, for tricoil calibrate and evaluate; one line "
-           "per pose, averaged while the sensor rests")
-        ->check(refuse_empty)
-        ->type_name(kFileType);
-    sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file")
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(sub->add_option(
+        "--couplings", o.couplings,
+        "Simulated run: write true poses and couplings to this CSV file, for tricoil calibrate and evaluate; one line "
+        "per pose, averaged while the sensor rests"));
+    file_name(sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file"));
     sub->add_flag("--smooth", o.smooth, "Also give the errors of the smoothed motion, for comparison (see tricoil smooth)");
     sub->add_flag("--json", command.json, "Summary as JSON");
 }
@@ -154,9 +144,7 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
     add_tracking_options(sub, *command);
     command->stages = add_stage_options(sub, o.output);
     sub->option_defaults()->group(kOutput);
-    sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
-        ->check(refuse_empty)
-        ->type_name(kFolderType);
+    folder_name(sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert"));
 }
 
 void add_run_command(CLI::App* sub, Action& action) {

@@ -454,9 +454,8 @@ int run_serve(const ServeCommand& command) {
 
 void add_serve_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ServeCommand>();
-    sub->add_option("recording", command->recording, "Play this recording of run --record instead of a device or a simulation")
-        ->check(refuse_empty)
-        ->type_name(kFolderType);
+    folder_name(sub->add_option("recording", command->recording,
+                                "Play this recording of run --record instead of a device or a simulation"));
     sub->option_defaults()->group("Outputs");
     sub->add_option("--fastrak", command->fastrak,
                     "Emulate a Polhemus FASTRAK on pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT; repeatable")
@@ -491,17 +490,14 @@ void add_serve_command(CLI::App* sub, Action& action) {
                     "Live page for browsers on [ADDRESS:]PORT; without ADDRESS, only for browsers of this machine. "
                     "Browsers can use a host name that is given as ADDRESS or with --allow-host")
         ->check(refuse_empty);
-    sub->add_option("--record-folder", command->record_folder,
-                    "Folder for recordings that are started and played on the live page")
-        ->check(refuse_empty)
-        ->type_name(kFolderType);
+    folder_name(sub->add_option("--record-folder", command->record_folder,
+                                "Folder for recordings that are started and played on the live page"));
     sub->option_defaults()->group("Access");
     sub->add_flag("--open-controls", command->open_controls,
                   "Everyone may use the controls: coils, hemisphere, recordings, saved settings of FASTRAK clients");
     sub->add_flag("--read-only", command->read_only, "No controls");
-    sub->add_option("--token-file", command->token_file, "Write the link for controls to this file, readable by this user only")
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    file_name(sub->add_option("--token-file", command->token_file,
+                              "Write the link for controls to this file, readable by this user only"));
     sub->add_option("--allow-host", command->names, "Host name under which browsers may use the server; repeatable")
         ->check(refuse_empty);
     const std::vector<const CLI::Option*> own = options_of(*sub);

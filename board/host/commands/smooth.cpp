@@ -137,14 +137,8 @@ int smooth(const SmoothCommand& command) {
 
 void add_smooth_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<SmoothCommand>();
-    sub->add_option("recording", command->recording, "Folder written by run --record")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFolderType);
-    sub->add_option("--out", command->out, "Write poses, covariances and rates to this CSV file")
-        ->required()
-        ->check(refuse_empty)
-        ->type_name(kFileType);
+    folder_name(sub->add_option("recording", command->recording, "Folder written by run --record"))->required();
+    file_name(sub->add_option("--out", command->out, "Write poses, covariances and rates to this CSV file"))->required();
     sub->add_flag("--json", command->json, "Summary as JSON");
     add_stage_options(sub, command->stages);
     set_examples(sub, {{"a recording of tricoil run --record", "tricoil smooth take1 --out path.csv"}});

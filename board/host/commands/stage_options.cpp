@@ -11,11 +11,10 @@ namespace tricoil::host {
 std::vector<const CLI::Option*> add_stage_options(CLI::App* sub, OutputOptions& o) {
     sub->option_defaults()->group("Poses");
     return {
-        sub->add_option("--tip", o.tips,
-                        "Poses of a tool's tip: a file of calibrate pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
-                        "Recordings keep the poses of the sensor")
-            ->check(refuse_empty)
-            ->type_name(kFileType),
+        file_name(
+            sub->add_option("--tip", o.tips,
+                            "Poses of a tool's tip: a file of calibrate pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
+                            "Recordings keep the poses of the sensor")),
         sub->add_option(
                "--relative-to", o.relative_to,
                "Output all poses relative to this sensor (1 is the first), with their covariance; recordings stay in the "

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "board/host/calibration/ceres_solver.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/linear/cholesky.hpp"
@@ -239,12 +240,9 @@ Corrections refine(const Residuals& residuals) {
     Corrections x = Corrections::Zero();
     ceres::Problem problem;
     problem.AddResidualBlock(cost, nullptr, x.data());
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_QR;
-    options.logging_type = ceres::SILENT;
+    ceres::Solver::Options options = silent_options(ceres::DENSE_QR, 50);
     options.function_tolerance = 1e-14;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
+    (void)summary_of(problem, options);
     return x;
 }
 
