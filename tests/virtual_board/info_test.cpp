@@ -105,7 +105,7 @@ TEST_F(DeviceInfo, ShowsNoProgramErrorAfterPowerOn) {
 
 TEST_F(DeviceInfo, ModeIsSetAndPrinted) {
     plug_in("");
-    ASSERT_EQ(tricoil("device mode --mux fdm --rate-hz 240 --columns " + device_), 0) << err;
+    ASSERT_EQ(tricoil("device mode --wait 20 --mux fdm --rate-hz 240 --columns " + device_), 0) << err;
     EXPECT_THAT(out, HasSubstr(device_ + ": front end, fdm, 2"));  // the rate that the timers reach
     EXPECT_EQ(tricoil("device mode --rate-hz 960 " + device_), 3) << "TDM does not reach 960 frames/s";
     EXPECT_THAT(err, HasSubstr("this mode: refused: invalid value"));
