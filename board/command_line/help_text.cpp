@@ -107,7 +107,11 @@ std::string usage_arguments(const CLI::App& command) {
 
 std::string option_heading(const CLI::Option& option) {
     const std::string type = type_of(option);
-    return shown_name(option) + (is_flag(option) || !option.nonpositional() ? "" : " " + type);
+    std::string short_names;
+    for (const std::string& letter : option.get_snames()) {
+        short_names += "-" + letter + ", ";
+    }
+    return short_names + shown_name(option) + (is_flag(option) || !option.nonpositional() ? "" : " " + type);
 }
 
 std::string option_meaning(const CLI::Option& option) {

@@ -1,5 +1,8 @@
 #include "board/record/tracker_settings.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <set>
 #include <string_view>
@@ -146,8 +149,9 @@ nlohmann::json with_phases_of_couplings(nlohmann::json known) {
 tracking::MethodParams<double> read_method(FieldReader& tracker, const std::string& where) {
     std::string name;
     tracker("method", name);
+    name = name == "previous-angles" ? "previous" : name;  // a method of older versions with almost equal poses
     if (std::find(kTrackerNames.begin(), kTrackerNames.end(), name) == kTrackerNames.end()) {
-        throw InputError(where + ": has a wrong type or value");
+        throw InputError(fmt::format("{}: method '{}' is unknown; use {}", where, name, fmt::join(kTrackerNames, ", ")));
     }
     return method_of_name(name);
 }

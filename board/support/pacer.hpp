@@ -8,7 +8,7 @@
 
 namespace tricoil::host {
 
-/// Time lost by a pause or a busy machine is not made up.
+/// More than 250 ms lost by a pause or a busy machine are not made up.
 class Pacer {
 public:
     using Duration = std::chrono::microseconds;

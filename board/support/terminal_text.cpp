@@ -79,7 +79,9 @@ void print_text_to_standard_error() { text_on_stderr = true; }
 void set_verbosity(Verbosity verbosity) { chosen_verbosity = verbosity; }
 bool is_quiet() { return chosen_verbosity == Verbosity::quiet; }
 
-void print_notice(std::string_view text) {
+void print_notice(std::string_view text) { print(text, stderr); }
+
+void print_hint(std::string_view text) {
     if (!is_quiet()) {
         print(text, stderr);
     }

@@ -20,12 +20,14 @@ void print_text(std::string_view text);
 /// From now on print_text() prints to standard error, because the standard output has data.
 void print_text_to_standard_error();
 enum class Verbosity { quiet, normal, verbose };
-/// From now on: quiet prints no notices and no progress, verbose also details. Errors are always printed.
+/// From now on: quiet prints no hints and no progress, verbose also details. Notices and errors are always printed.
 void set_verbosity(Verbosity verbosity);
 bool is_quiet();
 
-/// Prints to standard error, unless quiet. Failures are ignored.
+/// Prints to standard error. Failures are ignored.
 void print_notice(std::string_view text);
+/// The same, unless quiet: what the user may want to know, but no program acts on.
+void print_hint(std::string_view text);
 /// The same, only if verbose.
 void print_detail(std::string_view text);
 /// Prints "PROGRAM: TEXT" as a line to standard error.
@@ -57,6 +59,10 @@ void print_text(fmt::format_string<First, Others...> format, First&& first, Othe
 template <typename First, typename... Others>
 void print_notice(fmt::format_string<First, Others...> format, First&& first, Others&&... others) {
     print_notice(std::string_view(fmt::format(format, std::forward<First>(first), std::forward<Others>(others)...)));
+}
+template <typename First, typename... Others>
+void print_hint(fmt::format_string<First, Others...> format, First&& first, Others&&... others) {
+    print_hint(std::string_view(fmt::format(format, std::forward<First>(first), std::forward<Others>(others)...)));
 }
 template <typename First, typename... Others>
 void print_detail(fmt::format_string<First, Others...> format, First&& first, Others&&... others) {

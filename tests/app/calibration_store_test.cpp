@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/simulated_storage.hpp"
+#include "tests/support/storage/simulated_storage.hpp"
 
 namespace tricoil {
 namespace {

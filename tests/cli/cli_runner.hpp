@@ -35,11 +35,12 @@ inline std::string write_file(const std::string& name, const std::string& conten
     return path;
 }
 
-/// Runs `PROGRAM ARGUMENTS` through a shell, after the shell commands `setup`.
+/// Runs `PROGRAM ARGUMENTS` through a shell, after the shell commands `setup`, without the defaults of the user.
 inline CliResult run_program(const std::string& program, const std::string& arguments, const std::string& setup = ":") {
     const std::string out = path_in_temp("out.txt");
     const std::string err = path_in_temp("err.txt");
-    const std::string command = setup + "; " + program + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
+    const std::string command = "export XDG_CONFIG_HOME=/nonexistent; " + setup + "; " + program + " " + arguments + " >" + out +
+                                " 2>" + err + " </dev/null";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(out), read_file(err)};
 }

@@ -37,9 +37,12 @@ TEST(Defaults, GiveTheDeviceUnlessTheSensorIsSimulated) {
 TEST(Defaults, GiveUnitsAndHemisphere) {
     const std::string out = path_in_temp("units.csv");
     const std::string toml = "units = \"mm\"\nhemisphere = [-1, 0, 0]\n";
-    const auto run = with_defaults(toml, "run -v --duration 1 --scenario still --out " + out);
-    EXPECT_THAT(run.err, HasSubstr("tricoil: --hemisphere -1,0,0 from "));
+    const auto run = with_defaults(toml, "run --duration 1 --scenario still --out " + out);
+    EXPECT_THAT(run.err, Not(HasSubstr("--hemisphere"))) << "a simulation knows the side of its sensor";
     EXPECT_THAT(run.err, HasSubstr("tricoil: --units mm from "));
+    EXPECT_THAT(with_defaults(toml, "run -q --duration 1 --scenario still --out " + out).err, Not(HasSubstr("--units")));
+    const auto device = with_defaults(toml, "run --duration 1 --wait 0.1 --device can:none0");
+    EXPECT_THAT(device.err, HasSubstr("tricoil: --hemisphere -1,0,0 from "));
     EXPECT_THAT(read_file(out), HasSubstr("x_mm"));
     EXPECT_EQ(with_defaults(toml, "run --duration 1 --scenario still --units m --hemisphere 1,0,0 --out " + out).exit_code, 0);
     EXPECT_THAT(read_file(out), HasSubstr("x_m,"));
@@ -48,8 +51,25 @@ TEST(Defaults, GiveUnitsAndHemisphere) {
     EXPECT_EQ(with_defaults(toml, "run --duration 1 --scenario still --record " + take).exit_code, 0) << "no output with units";
     EXPECT_THAT(with_defaults(toml, "convert " + take + " --to csv").out, HasSubstr("x_mm"));
     EXPECT_EQ(with_defaults(toml, "convert " + take + " --to openigtlink").exit_code, 0);
+    const std::string rests = path_in_temp("defaults-rests");
+    std::filesystem::remove_all(rests);
+    std::filesystem::copy(take, rests);
+    EXPECT_THAT(with_defaults(toml, "convert " + rests + " --to=csv").out, HasSubstr("x_mm"));
     EXPECT_THAT(with_defaults(toml + "device = \"can:none0\"\n", "serve " + take + " --json-lines -").out,
                 HasSubstr("position_mm"));
+}
+
+TEST(Defaults, StayOutOfOtherCommandLines) {
+    const std::string toml = "device = \"can:none0\"\nhemisphere = [-1, 0, 0]\n";
+    EXPECT_EQ(with_defaults(toml, "--version run").exit_code, 0);
+    EXPECT_EQ(with_defaults(toml, "--version device info").exit_code, 0);
+    EXPECT_EQ(with_defaults(toml, "run --duration 0.2 --smooth").exit_code, 0);
+    EXPECT_EQ(with_defaults(toml, "run --duration 0.2 --tracker fixed-direct").exit_code, 0);
+    const auto config = with_defaults(toml, "run --config /nonexistent/board.toml");
+    EXPECT_EQ(config.exit_code, 2);
+    EXPECT_THAT(config.err, Not(HasSubstr("--hemisphere")));
+    EXPECT_EQ(tricoil("run --duration 0.2", "export XDG_CONFIG_HOME=/dev/null").exit_code, 0);
+    EXPECT_EQ(with_defaults("device = \"sim:\"\n", "device info").exit_code, 2) << "no device is named";
 }
 
 TEST(Defaults, DamagedFilesAreOneLineWithFileAndLine) {

@@ -16,6 +16,7 @@ protected:
     void SetUp() override {
         std::string name = path_in_temp("XXXXXX");
         ASSERT_NE(::mkdtemp(name.data()), nullptr);
+        ::setenv("XDG_CONFIG_HOME", "/nonexistent", 1);  // no defaults of the user
         folder = name + "/";
     }
 

@@ -9,7 +9,7 @@
 #include "drivers/stm32g4/gain_measurement.hpp"
 #include "drivers/stm32g4/range_steps.hpp"
 #include "tests/support/simulated_processor.hpp"
-#include "tests/support/simulated_storage.hpp"
+#include "tests/support/storage/simulated_storage.hpp"
 #include "tests/virtual_board/board_bench.hpp"
 
 namespace tricoil {

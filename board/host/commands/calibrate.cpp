@@ -144,8 +144,8 @@ std::vector<std::string> renew_calibrate(const std::vector<std::string>& words) 
         }
     }
     renewed[1] = kind->kind;
-    print_notice("tricoil: calibrate {}: the next version refuses this spelling; use tricoil calibrate {}\n",
-                 kind->option.empty() ? "without a kind" : kind->option, kind->use);
+    print_hint("tricoil: calibrate {}: the next version refuses this spelling; use tricoil calibrate {}\n",
+               kind->option.empty() ? "without a kind" : kind->option, kind->use);
     return renewed;
 }
 

@@ -53,9 +53,9 @@ void open_browser(const std::string& url) {
 }
 
 /// End of a step, and end of the tour.
-class Pacer {
+class TourPace {
 public:
-    Pacer(const InterruptGuard& guard, KeyPress& keys, double step_s) : guard_(guard), keys_(keys), step_s_(step_s) {}
+    TourPace(const InterruptGuard& guard, KeyPress& keys, double step_s) : guard_(guard), keys_(keys), step_s_(step_s) {}
 
     void begin_step() { began_ = std::chrono::steady_clock::now(); }
 
@@ -117,7 +117,7 @@ int run_tour(const DemoCommand& command) {
     if (!command.no_browser && keys.possible()) {
         open_browser(page.url);
     }
-    Pacer pacer(guard, keys, step_s);
+    TourPace pacer(guard, keys, step_s);
     const auto steps = tour_steps();
     for (std::size_t n = 0; n < steps.size() && !pacer.left(); ++n) {
         if (!command.json) {

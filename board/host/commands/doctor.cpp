@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <grp.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -57,63 +59,60 @@ Json check_rules() {
     }
     return failed(
         "udev rules", "70-tricoil.rules is not installed",
-        "sudo cp board/linux/system/70-tricoil.rules /etc/udev/rules.d/ && sudo udevadm control --reload, then reconnect "
-        "the device");
+        "install the Debian package, or from the source tree: sudo cp board/linux/system/70-tricoil.rules /etc/udev/rules.d/ && "
+        "sudo udevadm control --reload; then reconnect the device");
 }
 
-Json check_group(const char* group, const char* use) {
-    const std::string name = std::string("group ") + group;
-    const struct group* const found = ::getgrnam(group);
-    if (found == nullptr) {
-        return passed(name, "does not exist on this system");
+Json check_can(const std::string& uri, bool has_fd) {
+    const std::string interface = uri.substr(uri.find(':') + 1);
+    const std::string folder = "/sys/class/net/" + interface;
+    std::string flags;
+    std::ifstream(folder + "/flags") >> flags;
+    const bool is_up = (std::strtoul(flags.c_str(), nullptr, 16) & 1U) != 0;
+    if (is_up && has_fd) {
+        return passed(uri, "up, CAN FD");
     }
-    std::vector<gid_t> mine(static_cast<std::size_t>(std::max(::getgroups(0, nullptr), 0)));
-    mine.resize(static_cast<std::size_t>(std::max(::getgroups(static_cast<int>(mine.size()), mine.data()), 0)));
-    if (::geteuid() == 0 || std::ranges::find(mine, found->gr_gid) != mine.end()) {
-        return passed(name, ::geteuid() == 0 ? "not needed by root" : "member");
-    }
-    return failed(name, std::string("you are not a member: no access to ") + use,
-                  fmt::format("sudo usermod -aG {} $USER, then log in again", group));
+    const char* const settings = fs::exists(folder + "/device") ? "type can bitrate 1000000 dbitrate 5000000 fd on" : "mtu 72";
+    return failed(uri, is_up ? "classic CAN; messages need CAN FD" : "down",
+                  fmt::format("sudo ip link set {0} down; sudo ip link set {0} up {1}", interface, settings));
 }
 
-/// CAN interfaces, which must be up and carry CAN FD, and USB devices.
+/// CAN interfaces, which must be up and carry CAN FD, and USB devices. One that cannot be opened tells no name.
 void check_devices(Json& checks) {
     for (const Json& device : linux_board::connected_devices()) {
         const std::string uri = device["uri"];
-        if (!device.contains("fd")) {
-            checks.push_back(passed(uri, device["product"]));
-            continue;
+        if (device.contains("fd")) {
+            checks.push_back(check_can(uri, device["fd"]));
+        } else if (const std::string product = device["product"]; product.empty()) {
+            checks.push_back(failed(uri, "cannot be opened", "install the udev rules, then reconnect the device"));
+        } else {
+            checks.push_back(passed(uri, product));
         }
-        const std::string interface = uri.substr(uri.find(':') + 1);
-        std::string flags;
-        std::ifstream("/sys/class/net/" + interface + "/flags") >> flags;
-        const bool is_up = (std::strtoul(flags.c_str(), nullptr, 16) & 1U) != 0;
-        checks.push_back(
-            is_up && device["fd"]
-                ? passed(uri, "up, CAN FD")
-                : failed(
-                      uri, is_up ? "classic CAN; messages need CAN FD" : "down",
-                      fmt::format("sudo ip link set {0} down; sudo ip link set {0} up type can bitrate 1000000 dbitrate 5000000 "
-                                  "fd on",
-                                  interface)));
     }
+}
+
+/// Name of the group that may use a file.
+std::string group_of(const std::string& path) {
+    struct stat status {};
+    const struct group* const found = ::stat(path.c_str(), &status) == 0 ? ::getgrgid(status.st_gid) : nullptr;
+    return found == nullptr ? "dialout" : found->gr_name;
 }
 
 void check_serial_ports(Json& checks) {
     std::error_code ignored;
     for (const auto& file : fs::directory_iterator("/dev", ignored)) {
-        const std::string name = file.path().filename();
-        if (name.starts_with("ttyACM") || name.starts_with("ttyUSB")) {
-            const bool is_open = ::access(file.path().c_str(), R_OK | W_OK) == 0;
-            checks.push_back(is_open ? passed("serial:" + file.path().string(), "readable and writable")
-                                     : failed("serial:" + file.path().string(), "no permission",
-                                              "sudo usermod -aG dialout $USER, then log in again"));
+        const std::string path = file.path();
+        if (path.starts_with("/dev/ttyACM") || path.starts_with("/dev/ttyUSB")) {
+            checks.push_back(::access(path.c_str(), R_OK | W_OK) == 0
+                                 ? passed("serial:" + path, "readable and writable")
+                                 : failed("serial:" + path, "no permission",
+                                          fmt::format("sudo usermod -aG {} $USER, then log in again", group_of(path))));
         }
     }
 }
 
+/// The live page may have another port, so a port in use is no failure.
 Json check_port() {
-    const std::string name = fmt::format("port {}", kLivePage);
     const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     const int on = 1;
     ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
@@ -121,10 +120,10 @@ Json check_port() {
     here.sin_family = AF_INET;
     here.sin_port = htons(kLivePage);
     here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    const bool is_free = ::bind(socket, reinterpret_cast<const sockaddr*>(&here), sizeof here) == 0;
+    const bool is_used = ::bind(socket, reinterpret_cast<const sockaddr*>(&here), sizeof here) != 0 && errno == EADDRINUSE;
     ::close(socket);
-    return is_free ? passed(name, "free for the live page")
-                   : failed(name, "used by another program", "give the live page another port: tricoil serve --web PORT");
+    return passed(fmt::format("port {}", kLivePage),
+                  is_used ? "used by another program or by tricoil.service; tricoil serve --web PORT takes another" : "free");
 }
 
 std::string doctor_text(const Json& result) {
@@ -144,8 +143,6 @@ int run_doctor(bool json) {
     checks.push_back(check_component(Component::usb, "USB"));
     checks.push_back(check_defaults());
     checks.push_back(check_rules());
-    checks.push_back(check_group("plugdev", "USB devices"));
-    checks.push_back(check_group("dialout", "serial ports"));
     check_devices(checks);
     check_serial_ports(checks);
     checks.push_back(check_port());

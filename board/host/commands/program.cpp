@@ -141,7 +141,7 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
     }
     CLI::App program{kDescription, identity.typed_name};
     program.set_version_flag("--version", identity.version, "Print the version and the commit");
-    program.add_flag("-q,--quiet")->description("No notices and no progress; errors only");
+    program.add_flag("-q,--quiet")->description("No hints and no progress");
     program.add_flag("-v,--verbose")->description("Also details, such as the defaults that were used");
     program.require_subcommand(1);
     Action action;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 
@@ -25,7 +26,8 @@ std::string path_of_defaults() {
     const std::string home = variable("HOME");
     const std::string config = variable("XDG_CONFIG_HOME");
     const std::string folder = config.starts_with('/') ? config : home.empty() ? "" : home + "/.config";
-    return folder.empty() || !std::filesystem::exists(folder + "/tricoil.toml") ? "" : folder + "/tricoil.toml";
+    std::error_code unreadable;  // then there is no file for this user
+    return folder.empty() || !std::filesystem::exists(folder + "/tricoil.toml", unreadable) ? "" : folder + "/tricoil.toml";
 }
 
 /// The words in front of a lone "--".
@@ -35,45 +37,66 @@ bool gives(const std::vector<std::string>& words, const std::string& option) {
                        [&](const std::string& word) { return word == option || word.starts_with(option + "="); });
 }
 
-bool is_simulated(const CLI::App& command, const std::vector<std::string>& words) {
-    return std::ranges::any_of(options_of(command), [&](const CLI::Option* option) {
-        return option->get_group().starts_with("Simulated") && gives(words, option->get_name());
-    });
+/// Value of an option, in either spelling; empty: not given.
+std::string value_of(const std::vector<std::string>& words, const std::string& option) {
+    for (auto word = words.begin(); word != words.end() && *word != "--"; ++word) {
+        if (word->starts_with(option + "=")) {
+            return word->substr(option.size() + 1);
+        }
+        if (*word == option && word + 1 != words.end()) {
+            return word[1];
+        }
+    }
+    return "";
 }
 
-bool has_word(const std::vector<std::string>& words, std::string_view end) {
-    return std::ranges::any_of(words, [&](const std::string& word) { return word.ends_with(end); });
+/// Options that need true poses or samples, which a device does not have, or are of the simulation alone.
+bool is_simulated(const CLI::App& command, const std::vector<std::string>& words) {
+    const auto is_given = [&](const char* option) { return gives(words, option); };
+    return value_of(words, "--tracker").starts_with("fixed-") ||
+           std::ranges::any_of(std::array{"--couplings", "--samples", "--smooth"}, is_given) ||
+           std::ranges::any_of(options_of(command), [&](const CLI::Option* option) {
+               return option->get_group().starts_with("Simulated") && gives(words, option->get_name());
+           });
 }
 
 /// True if an output of the command has units.
 bool has_units(const std::string& command, const std::vector<std::string>& words) {
+    if (command == "convert") {
+        const std::string form = value_of(words, "--to");
+        return form != "openigtlink" && form != "rests";
+    }
     return command == "run"     ? gives(words, "--out") || gives(words, "--json-lines")
            : command == "serve" ? gives(words, "--json-lines") || gives(words, "--websocket")
-           : command == "replay" || command == "smooth"
-               ? gives(words, "--out")
-               : command == "convert" && !has_word(words, "openigtlink") && !has_word(words, "rests");
+                                : (command == "replay" || command == "smooth") && gives(words, "--out");
 }
 
 std::vector<std::string> with_units(const CLI::App& command, std::vector<std::string> words, const UserDefaults& defaults) {
     if (!defaults.units.empty() && !gives(words, "--units") && has_units(command.get_name(), words)) {
         words.insert(words.begin() + 1, "--units=" + defaults.units);
-        print_detail("tricoil: --units {} from {}\n", defaults.units, defaults.path);
+        print_hint("tricoil: --units {} from {}\n", defaults.units, defaults.path);
     }
     return words;
 }
 
+/// A simulation knows the side of its sensor, and a configuration file may state that of its device.
 std::vector<std::string> for_tracking(const CLI::App& command, std::vector<std::string> words, const UserDefaults& defaults) {
     const auto add = [&](const std::string& option, const std::string& value) {
         words.insert(words.begin() + 1, option + "=" + value);
     };
-    const bool has_device = gives(words, "--device") || gives(words, "--config");
-    if (!defaults.device.empty() && !has_device && !is_simulated(command, words)) {
+    if (gives(words, "--config") || value_of(words, "--device") == "sim:") {
+        return words;
+    }
+    if (!gives(words, "--device")) {
+        if (defaults.device.empty() || is_simulated(command, words)) {
+            return words;
+        }
         add("--device", defaults.device);
-        print_notice("tricoil: --device {} from {}; --device sim: simulates\n", defaults.device, defaults.path);
+        print_hint("tricoil: --device {} from {}; --device sim: simulates\n", defaults.device, defaults.path);
     }
     if (!defaults.hemisphere.empty() && !gives(words, "--hemisphere")) {
         add("--hemisphere", defaults.hemisphere);
-        print_detail("tricoil: --hemisphere {} from {}\n", defaults.hemisphere, defaults.path);
+        print_hint("tricoil: --hemisphere {} from {}\n", defaults.hemisphere, defaults.path);
     }
     return words;
 }
@@ -88,7 +111,9 @@ UserDefaults read_user_defaults() {
     const toml::table root = parse_toml(defaults.path, read_text(defaults.path, kLongestToml));
     CheckedTable table(defaults.path, "", root);
     defaults.device = table.text("device", "");
-    if (!defaults.device.empty() && defaults.device != "sim:") {
+    if (defaults.device == "sim:") {
+        defaults.device.clear();
+    } else if (!defaults.device.empty()) {
         try {
             (void)linux_board::parse_device_uri(defaults.device);
         } catch (const InputError& error) {
@@ -111,6 +136,10 @@ std::vector<std::string> with_user_defaults(const CLI::App& program, std::vector
         return words;
     }
     const CLI::App& command = *walk.command;
+    const bool is_subcommand = command.get_parent() != &program;
+    if (words.size() < (is_subcommand ? 2U : 1U) || words[is_subcommand ? 1 : 0] != command.get_name()) {
+        return words;  // other words precede the command
+    }
     if (command.get_option_no_throw("--units") != nullptr) {
         const UserDefaults defaults = read_user_defaults();
         words = with_units(command, std::move(words), defaults);
@@ -123,7 +152,7 @@ std::vector<std::string> with_user_defaults(const CLI::App& program, std::vector
     }
     if (const UserDefaults defaults = read_user_defaults(); !defaults.device.empty()) {
         words.insert(words.begin() + 2, defaults.device);  // tricoil device COMMAND DEVICE
-        print_notice("tricoil: {} from {}\n", defaults.device, defaults.path);
+        print_hint("tricoil: {} from {}\n", defaults.device, defaults.path);
     }
     return words;
 }

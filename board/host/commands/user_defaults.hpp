@@ -21,7 +21,7 @@ struct UserDefaults {
 UserDefaults read_user_defaults();
 
 /// Adds the defaults for options that the words do not give: --device of run and serve, unless the sensor is simulated or
-/// recorded; DEVICE of tricoil device; --hemisphere; --units of outputs as text. A notice names the device.
+/// recorded; DEVICE of tricoil device; --hemisphere of a device; --units of outputs as text. Hints name them.
 std::vector<std::string> with_user_defaults(const CLI::App& program, std::vector<std::string> words);
 
 }  // namespace tricoil::host

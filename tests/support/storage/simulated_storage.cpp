@@ -1,4 +1,4 @@
-#include "tests/support/simulated_storage.hpp"
+#include "tests/support/storage/simulated_storage.hpp"
 
 #include <cstring>
 
