@@ -73,8 +73,8 @@ float follow(bool simultaneous) {
 
 bool print(const char* what, float error_m, hal::Console& console) {
     TextLine line;
-    line.text(what).text(" ").scientific(error_m).text(" m, acquired ");
-    line.decimal(static_cast<std::int32_t>(filter->counters().acquisitions)).text("\n");
+    line.text(what).text(" ").scientific(error_m).text(" m, started ");
+    line.decimal(static_cast<std::int32_t>(filter->filter_state().run)).text("\n");
     return console.write(line.view()).ok() && error_m < 1e-3F;
 }
 
