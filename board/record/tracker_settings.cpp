@@ -151,7 +151,7 @@ tracking::MethodParams<double> read_method(FieldReader& tracker, const std::stri
     tracker("method", name);
     name = name == "previous-angles" ? "previous" : name;  // a method of older versions with almost equal poses
     if (std::find(kTrackerNames.begin(), kTrackerNames.end(), name) == kTrackerNames.end()) {
-        throw InputError(fmt::format("{}: method '{}' is unknown; use {}", where, name, fmt::join(kTrackerNames, ", ")));
+        throw InputError(fmt::format("{}: '{}' is unknown; use {}", where, name, fmt::join(kTrackerNames, ", ")));
     }
     return method_of_name(name);
 }

@@ -107,7 +107,7 @@ TEST_F(Damage, InvalidSettings) {
     expect_refused("trackers.tracker: ");
     SetUp();
     describe([](auto& d) { d["trackers"]["tracker"]["method"] = "scat"; });
-    expect_refused("trackers.tracker.method: has a wrong type or value");
+    expect_refused("trackers.tracker.method: 'scat' is unknown; use direct, previous, scaat, dual-band");
     SetUp();
     describe([](auto& d) { d["trackers"]["tracker"].erase("method"); });
     expect_refused("trackers.tracker.method: is missing");
