@@ -11,8 +11,8 @@
 #include "sim/world/scenario.hpp"
 #include "tests/app/host_end.hpp"
 #include "tests/support/simulated_processor.hpp"
-#include "tests/support/storage/simulated_storage.hpp"
 #include "tests/support/single_precision.hpp"
+#include "tests/support/storage/simulated_storage.hpp"
 
 namespace tricoil::test {
 

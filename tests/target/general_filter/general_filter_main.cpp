@@ -1,5 +1,6 @@
 // The filter with real coils in its most expensive paths: cold start, restart after a jump, a start so near the coils that it
 // searches all sides, and columns that match no pose. Measures the stack of such a tracker.
+#include <algorithm>
 #include <optional>
 
 #include "board/qemu_an386/report_printer.hpp"
@@ -22,6 +23,7 @@ std::optional<tracking::GeneralTracker<float>> filter;
 Vec3<float> last_m;
 const Vec3<float> places[] = {{0.4F, 0.1F, 0.2F}, {0.3F, -0.3F, 0.1F}, {0.09F, 0.02F, -0.03F}, {0.5F, 0, -0.2F}};
 Column<float> column;
+int starts = 0;
 
 /// A column of a sensor at rest at `position`; simultaneous columns share a time. Not inlined, so that its temporaries do not
 /// count as stack of the filter.
@@ -45,12 +47,20 @@ Column<float> column;
     calibration::Calibration<float> known;
     known.model = coils.coils;
     filter.emplace(params, known);
+    starts = 0;
 }
 
 [[gnu::noinline]] void take_column() {
     if (const auto estimate = filter->update(column)) {
         last_m = estimate->position_m;
     }
+}
+
+/// Of the filter, until now. Through a pointer: only the library has all that filter_state() calls.
+[[gnu::noinline]] void count_starts() {
+    using Filter = scaat::Filter<float, General>;
+    scaat::FilterState<float> (Filter::*const volatile state)() const = &Filter::filter_state;
+    starts = std::max(starts, ((*filter).*state)().run);
 }
 
 /// Moves through all positions; returns the final distance to the last one in metres.
@@ -62,6 +72,7 @@ float follow(bool simultaneous) {
             make_column(n, simultaneous, place);
             take_column();
         }
+        count_starts();
         for (int end = n + 9; n < end; ++n) {  // columns that match no pose
             make_column(n, simultaneous, place);
             corrupt_column();
@@ -74,7 +85,7 @@ float follow(bool simultaneous) {
 bool print(const char* what, float error_m, hal::Console& console) {
     TextLine line;
     line.text(what).text(" ").scientific(error_m).text(" m, started ");
-    line.decimal(static_cast<std::int32_t>(filter->filter_state().run)).text("\n");
+    line.decimal(starts).text("\n");
     return console.write(line.view()).ok() && error_m < 1e-3F;
 }
 
