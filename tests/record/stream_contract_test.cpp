@@ -35,7 +35,7 @@ struct Stage {
     Place (*effect)(int sensor, const Moment& now, const Moment& first);
     double units_per_m = 1;
     std::string unit = "m";
-    std::string euler = "";  // NOLINT(readability-redundant-string-init): a stage may leave it out
+    const char* euler = "";
 };
 
 /// The same names in JSON and CSV: position_m of JSON is x_m, y_m, z_m of CSV.
@@ -54,8 +54,8 @@ std::vector<Field> fields_of(const Stage& stage) {
                              "predicted_error_mm", "predicted_error_deg"}) {
         fields.push_back({name, {name}});
     }
-    if (!stage.euler.empty()) {
-        const std::string name = "euler_" + stage.euler;
+    if (*stage.euler != '\0') {
+        const std::string name = std::string("euler_") + stage.euler;
         fields.push_back({name + "_deg", {name + "_1_deg", name + "_2_deg", name + "_3_deg"}});
     }
     return fields;

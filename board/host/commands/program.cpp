@@ -66,7 +66,7 @@ constexpr ListedCommand kCommands[] = {
     {"Calibration and evaluation", "couplings", "Poses from recorded couplings of two bands, corrected for metal", kTools},
     {"Calibration and evaluation", "demodulate", "Compute the signal matrix and its scatter from a raw ADC recording", kTools},
     {"Devices", "device", "List, identify, watch and configure front ends and tracker boards", kTools},
-    {"Devices", "doctor", "Check groups, udev rules, interfaces and ports of this machine; each failure with its mend", kTools},
+    {"Devices", "doctor", "Check udev rules, devices and ports of this machine; each failure with its mend", kTools},
     {"Devices", "selfcheck", "Run the self-check of the core: known answers, error model, arithmetic", kTools},
     {"Devices", "protocol", "Print the page of the wire protocol, or write it and a DBC file for CAN tools", kTools},
     {"Error model", "motion", "Compare the movement-induced error model with a simulation", kTools},

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 
 #include "board/command_line/word_walk.hpp"
 #include "board/host/commands/option_values.hpp"
@@ -30,30 +31,25 @@ std::string path_of_defaults() {
     return folder.empty() || !std::filesystem::exists(folder + "/tricoil.toml", unreadable) ? "" : folder + "/tricoil.toml";
 }
 
-/// The words in front of a lone "--".
-bool gives(const std::vector<std::string>& words, const std::string& option) {
-    const auto end = std::find(words.begin(), words.end(), "--");
-    return std::any_of(words.begin(), end,
-                       [&](const std::string& word) { return word == option || word.starts_with(option + "="); });
-}
-
-/// Value of an option, in either spelling; empty: not given.
-std::string value_of(const std::vector<std::string>& words, const std::string& option) {
+/// Value of an option among the words in front of a lone "--", in either spelling (of a flag the next word); empty: not given.
+std::optional<std::string> value_of(const std::vector<std::string>& words, const std::string& option) {
     for (auto word = words.begin(); word != words.end() && *word != "--"; ++word) {
         if (word->starts_with(option + "=")) {
             return word->substr(option.size() + 1);
         }
-        if (*word == option && word + 1 != words.end()) {
-            return word[1];
+        if (*word == option) {
+            return word + 1 == words.end() ? "" : word[1];
         }
     }
-    return "";
+    return std::nullopt;
 }
+
+bool gives(const std::vector<std::string>& words, const std::string& option) { return value_of(words, option).has_value(); }
 
 /// Options that need true poses or samples, which a device does not have, or are of the simulation alone.
 bool is_simulated(const CLI::App& command, const std::vector<std::string>& words) {
     const auto is_given = [&](const char* option) { return gives(words, option); };
-    return value_of(words, "--tracker").starts_with("fixed-") ||
+    return value_of(words, "--tracker").value_or("").starts_with("fixed-") ||
            std::ranges::any_of(std::array{"--couplings", "--samples", "--smooth"}, is_given) ||
            std::ranges::any_of(options_of(command), [&](const CLI::Option* option) {
                return option->get_group().starts_with("Simulated") && gives(words, option->get_name());
@@ -63,7 +59,7 @@ bool is_simulated(const CLI::App& command, const std::vector<std::string>& words
 /// True if an output of the command has units.
 bool has_units(const std::string& command, const std::vector<std::string>& words) {
     if (command == "convert") {
-        const std::string form = value_of(words, "--to");
+        const auto form = value_of(words, "--to");
         return form != "openigtlink" && form != "rests";
     }
     return command == "run"     ? gives(words, "--out") || gives(words, "--json-lines")
