@@ -32,8 +32,10 @@ class Run(FakeMachine):
         done = self.run_script("run", "--seed", "7")
         self.assertEqual(done.returncode, 0, done.stderr)
         calls = self.log_of_calls()
-        self.assertEqual(calls[:3] + sorted(calls[3:5]) + calls[5:], ["install first-pose", "build run tricoil_first_pose", "tricoil run --seed 7",
-                                                                      "build run tricoil_product", "install run", "build run"])
+        self.assertEqual(calls[:3], ["install first-pose", "build run tricoil_first_pose", "tricoil run --seed 7"])
+        self.assertEqual([call for call in calls[3:] if call.startswith("build")], ["build run tricoil_before_packages", "build run"])
+        self.assertEqual([call for call in calls[3:] if call.startswith("install")], ["install build", "install run"])
+        self.assertLess(calls.index("install build"), calls.index("build run"))
         self.assertEqual(done.stdout, "tricoil run --seed 7\n")
         lines = done.stderr.splitlines()
         self.assertRegex(lines[0], r"^run: 1\. installs and builds what the first pose needs: about \d+ min")
@@ -43,7 +45,7 @@ class Run(FakeMachine):
         self.run_script("run")
         done = self.run_script("run")
         self.assertRegex(done.stderr, "^run: builds what has changed")
-        self.assertEqual(self.log_of_calls()[6:], ["install first-pose", "build run tricoil_first_pose", "tricoil run", "install run", "build run"])
+        self.assertEqual(self.log_of_calls()[7:], ["install first-pose", "build run tricoil_first_pose", "tricoil run", "install run", "build run"])
 
     def test_status_of_the_pose_is_kept(self):
         done = self.run_script("run", POSE_STATUS="1")
@@ -95,8 +97,20 @@ class Run(FakeMachine):
     def test_packages_are_installed_while_the_rest_is_built(self):
         installing, built = self.folder / "installing", self.folder / "built"
         self.replace("toolchain/install-deps", f"[ $1 = first-pose ] || {{ touch {installing}; while [ ! -e {built} ]; do sleep 0.1; done; }}")
-        self.replace("toolchain/build", f'{BUILD}\n[ "$2" != tricoil_product ] || {{ while [ ! -e {installing} ]; do sleep 0.1; done; touch {built}; }}')
+        self.replace("toolchain/build", f'{BUILD}\n[ "$2" != tricoil_before_packages ] || {{ while [ ! -e {installing} ]; do sleep 0.1; done; touch {built}; }}')
         self.assertEqual(self.run_script("run").returncode, 0)
+
+    def test_rest_is_compiled_while_packages_for_running_are_installed(self):
+        compiling = self.folder / "compiling"
+        self.replace("toolchain/install-deps", f"[ $1 != run ] || {{ while [ ! -e {compiling} ]; do sleep 0.1; done; }}")
+        self.replace("toolchain/build", f"{BUILD}\n[ $# -gt 1 ] || touch {compiling}")
+        self.assertEqual(self.run_script("run").returncode, 0)
+
+    def test_packages_for_running_cannot_be_installed(self):
+        self.replace("toolchain/install-deps", '[ $1 != run ] || { echo "install-deps: no space" >&2; exit 3; }')
+        done = self.run_script("run")
+        self.assertEqual((done.returncode, done.stderr.splitlines()[-2]), (3, "install-deps: no space"))
+        self.assertIn("the rest is not complete", done.stderr)
 
     def test_interrupted_installation(self):
         installing = self.folder / "installing"

@@ -103,6 +103,8 @@ function(tricoil_library name)
   foreach(library ${ARG_COMPONENTS})
     if(TARGET ${library})
       target_link_libraries(${name} PRIVATE ${library})
+    else()
+      set_target_properties(${name} PROPERTIES TRICOIL_GROWS ON)  # a component that is added later compiles it again
     endif()
   endforeach()
   if(ARG_COMPONENT)

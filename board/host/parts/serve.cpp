@@ -1,5 +1,5 @@
 // Commands of the executable tricoil-serve.
-#include "board/host/commands/commands.hpp"
+#include "board/host/commands/command_list.hpp"
 
 namespace tricoil::host {
 

@@ -1,0 +1,36 @@
+// Subcommands of the `tricoil` program, one file each.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "board/host/commands/program.hpp"
+
+namespace tricoil::host {
+
+// Each function adds the options of a command to `sub`. If the user selects it, `action` is set.
+void add_run_command(CLI::App* sub, Action& action);
+void add_demodulate_command(CLI::App* sub, Action& action);
+void add_figures_command(CLI::App* sub, Action& action);
+void add_motion_command(CLI::App* sub, Action& action);
+void add_selfcheck_command(CLI::App* sub, Action& action);
+void add_calibrate_command(CLI::App* sub, Action& action);
+void add_evaluate_command(CLI::App* sub, Action& action);
+void add_protocol_command(CLI::App* sub, Action& action);
+void add_device_command(CLI::App* sub, Action& action);
+void add_doctor_command(CLI::App* sub, Action& action);
+void add_replay_command(CLI::App* sub, Action& action);
+void add_smooth_command(CLI::App* sub, Action& action);
+void add_convert_command(CLI::App* sub, Action& action);
+void add_couplings_command(CLI::App* sub, Action& action);
+void add_plot_command(CLI::App* sub, Action& action);
+void add_serve_command(CLI::App* sub, Action& action);
+void add_demo_command(CLI::App* sub, Action& action);
+void add_help_command(CLI::App* sub, Action& action);
+void add_completion_command(CLI::App* sub, Action& action);
+
+/// `words` of a command line `calibrate ...`, with the spelling of the last version replaced, in which each kind was an option; a
+/// notice on standard error says so. Throws InputError if it names two kinds.
+std::vector<std::string> renew_calibrate(const std::vector<std::string>& words);
+
+}  // namespace tricoil::host
