@@ -3,13 +3,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <csignal>
 #include <cstring>
-#include <thread>
 
-#include "board/linux/device_setup.hpp"
-#include "board/linux/device_uri.hpp"
+#include "board/linux/device_source.hpp"
 #include "board/linux/fault_reporter.hpp"
 #include "board/linux/line_pump.hpp"
 #include "board/linux/realtime.hpp"
@@ -18,7 +15,6 @@
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/progress.hpp"
@@ -28,8 +24,10 @@
 namespace tricoil::linux_board {
 namespace {
 
-nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loop, const hal::MessagePort& port,
-                               const RealtimeStatus& realtime, const host::LinkHealth& health) {
+nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceSource& source, const RealtimeStatus& realtime,
+                               const host::LinkHealth& health) {
+    const DeviceLoop& loop = source.loop();
+    const hal::MessagePort& port = source.port();
     const DeviceSession& session = loop.session();
     nlohmann::ordered_json refused = nlohmann::ordered_json::object();
     for (std::size_t kind = 1; kind < protocol::kWireErrors; ++kind) {
@@ -174,42 +172,179 @@ void open_lines(const DeviceRunOptions& options, LineWriter& writer) {
     }
 }
 
-host::HealthCounts counts_of(const DeviceLoop& loop, const hal::MessagePort& port, HostTime now, LineWriter& writer) {
-    const DeviceSession& session = loop.session();
-    host::HealthCounts counts;
-    counts.received = session.counters().columns + session.counters().poses - loop.counters().rejected_columns;
-    counts.lost = session.counters().lost_columns + session.counters().lost_poses;
-    counts.refused = session.counters().refused + loop.counters().rejected_columns;
-    counts.dropped = port.counters().send_queue_full + port.counters().receive_dropped + session.counters().dropped;
-    writer.each([&](const LinePump& pump) {
-        counts.queued_bytes += pump.depth().queued_bytes;
-        counts.dropped += pump.depth().dropped;
-    });
-    counts.age = loop.newest() ? now - *loop.newest() : Microseconds{};
-    const auto& status = session.device_status();
-    if (status && (status->supply_mv != 0 || status->temperature_cdeg != 0)) {  // both zero: the device does not measure them
-        counts.temperature_c = 0.01 * status->temperature_cdeg;
-    }
-    return counts;
-}
-
 constexpr int kSignalled = 128;  // the exit code is this plus the signal number
 
-/// Device time since the first pose, summed over restarts of the device.
-class DeviceStopwatch {
+/// Whether the device has not worked for too long.
+class WaitLimits {
 public:
-    void add_pose_time(std::int64_t time_us) {
-        const std::int64_t step = time_us - last_us_.value_or(time_us);
-        elapsed_us_ += step > 0 && step < kLongestStepUs ? step : 0;
-        last_us_ = time_us;
+    explicit WaitLimits(const DeviceRunOptions& options) : options_(options) {}
+
+    /// While the run is paused, and once at its begin.
+    void restart(HostTime now) {
+        begin_ = begin_.value_or(now);
+        steady_ = now;
     }
-    [[nodiscard]] double elapsed_s() const { return 1e-6 * static_cast<double>(elapsed_us_); }
+
+    /// Returns the reason to give up; empty: none. Throws DeviceError if the device has never started.
+    std::string check(const DeviceSession& session, const FaultReporter& reporter, HostTime now) {
+        const std::string& device = options_.config.device;
+        if (options_.wait_s > 0 && session.counters().starts == 0 && to_seconds(now - *begin_) > options_.wait_s) {
+            const char* const reason = session.detail();
+            throw host::DeviceError(fmt::format(
+                "{}: {}", device,
+                reporter.has_printed(reason) ? fmt::format("not ready in {:g} s; giving up", options_.wait_s) : reason));
+        }
+        steady_ = session.is_steady() ? now : steady_;
+        const bool gives_up = options_.give_up_after_s > 0 && to_seconds(now - steady_) > options_.give_up_after_s;
+        return gives_up ? fmt::format("{}: the device has not worked for {:g} s; giving up", device, options_.give_up_after_s)
+                        : "";
+    }
 
 private:
-    static constexpr std::int64_t kLongestStepUs = 1'000'000;
-    std::optional<std::int64_t> last_us_;
-    std::int64_t elapsed_us_ = 0;
+    const DeviceRunOptions& options_;
+    std::optional<HostTime> begin_;
+    HostTime steady_;  // time at which the device last worked
 };
+
+class DeviceRun {
+public:
+    /// Opens outputs and coil lines.
+    explicit DeviceRun(const DeviceRunOptions& options);
+
+    /// Returns the exit code.
+    int run();
+
+private:
+    host::LoopParams loop_params();
+    void begin();
+    bool is_paused();
+    bool after_step(host::Source& source);
+    int finish(const host::LinkHealth& health);
+    [[nodiscard]] bool is_any(bool (LinePump::*state)() const);
+
+    const DeviceRunOptions& options_;
+    IgnoredWriteSignals writes_;
+    LineWriter writer_;
+    host::PoseStages stages_;
+    std::optional<host::Recorder> recorder_;
+    host::TapFanOut taps_;
+    std::optional<DeviceSource> source_;  // empty: the link is closed
+    FaultReporter reporter_;
+    host::Progress progress_;
+    RealtimeStatus realtime_;
+    WaitLimits limits_;
+    std::string error_;
+};
+
+DeviceRun::DeviceRun(const DeviceRunOptions& options)
+    : options_(options),
+      stages_(options.output, writer_),
+      taps_{options.tap},
+      source_(std::in_place, options.config, options.calibration, &taps_, host::ToolTips(options.output.tips)),
+      reporter_(options.config.device, &taps_),
+      progress_(options.config.device),
+      limits_(options) {
+    open_lines(options, writer_);
+    writer_.start(stages_.units());
+    if (!options.record.empty()) {
+        taps_.add(recorder_.emplace(options.record, describe_source(options.config), host::Journal::WhenFull::end));
+    }
+    if (writer_.any()) {
+        taps_.add(stages_);
+    }
+}
+
+int DeviceRun::run() {
+    host::StreamLoop loop(*source_, loop_params());
+    loop.run();
+    return finish(loop.health());
+}
+
+host::LoopParams DeviceRun::loop_params() {
+    host::LoopParams params = options_.loop;
+    params.duration_s = options_.duration_s;
+    params.health = options_.config.health;
+    params.ready = [this] { begin(); };
+    params.is_paused = [this] { return is_paused(); };
+    params.each_step = [this](host::Source& source) { return after_step(source); };
+    params.add_outputs = [this](host::HealthCounts& counts) {
+        writer_.each([&](const LinePump& pump) {
+            counts.queued_bytes += pump.depth().queued_bytes;
+            counts.dropped += pump.depth().dropped;
+        });
+    };
+    params.each_health = [this](const host::LinkHealth& health) {
+        reporter_.check(health, drivers::host_now());
+        if (options_.loop.each_health) {
+            options_.loop.each_health(health);
+        }
+    };
+    return params;
+}
+
+void DeviceRun::begin() {
+    if (options_.loop.ready) {  // before real-time priority, which threads inherit
+        options_.loop.ready();
+    }
+    realtime_ = request_realtime(options_.config.lock_memory.value_or(true), options_.config.priority);
+    print_realtime_refusals(options_.config, realtime_);
+    limits_.restart(drivers::host_now());
+}
+
+bool DeviceRun::is_paused() {
+    const bool is_paused = options_.loop.is_paused && options_.loop.is_paused();
+    if (is_paused) {
+        limits_.restart(drivers::host_now());
+    }
+    return is_paused;
+}
+
+bool DeviceRun::after_step(host::Source& source) {
+    if (options_.loop.each_step && !options_.loop.each_step(source)) {
+        return false;
+    }
+    if (options_.duration_s > 0) {
+        progress_.show(to_seconds(source.elapsed()) / options_.duration_s);
+    }
+    const HostTime now = drivers::host_now();
+    const DeviceSession& session = source_->loop().session();
+    reporter_.check(session, source_->port(), now);
+    reporter_.check(source_->user_flags(), now);
+    error_ = limits_.check(session, reporter_, now);
+    return error_.empty() && !is_any(&LinePump::has_failed);
+}
+
+bool DeviceRun::is_any(bool (LinePump::*state)() const) {
+    bool any = false;
+    writer_.each([&](const LinePump& pump) { any = any || (pump.*state)(); });
+    return any;
+}
+
+int DeviceRun::finish(const host::LinkHealth& health) {
+    reporter_.print_repeated();
+    stages_.finish();
+    const bool unread = is_any(&LinePump::is_unread);
+    const auto add_error = [this](const std::string& also) { error_ = error_.empty() ? also : error_; };
+    writer_.each([&](LinePump& pump) { add_error(pump.close()); });
+    add_error(recorder_ ? recorder_->close() : "");
+    const auto closing = summary(options_.config, *source_, realtime_, health);
+    const bool has_valid = source_->loop().counters().valid_poses > 0;
+    source_.reset();
+    if (unread) {
+        return kSignalled + SIGPIPE;
+    }
+    if (writer_.json && !writer_.json->takes_more()) {
+        add_error("standard output: the summary was not printed, because its reader does not read");
+    } else if (writer_.json) {
+        host::print_text("{}\n", closing.dump());
+    } else {
+        host::print_text(text_of(closing));
+    }
+    if (!error_.empty()) {
+        throw host::DeviceError(error_);
+    }
+    return to_int(has_valid ? host::ExitCode::fine : host::ExitCode::check_failed);
+}
 
 }  // namespace
 
@@ -239,116 +374,6 @@ nlohmann::ordered_json describe_source(const DeviceConfig& config) {
             {"priority", config.priority}};
 }
 
-int run_device(const DeviceRunOptions& options) {
-    const DeviceConfig& config = options.config;
-    const DeviceUri uri = parse_device_uri(config.device);
-    DeviceLoopParams params = loop_params(config, options.calibration);
-    const OpenLines lines(config.coils);
-    const IgnoredWriteSignals writes;
-    LineWriter writer;
-    host::PoseStages stages(options.output, writer);
-    open_lines(options, writer);
-    writer.start(stages.units());
-    std::optional<host::Recorder> recorder;
-    if (!options.record.empty()) {
-        recorder.emplace(options.record, describe_source(config), host::Journal::WhenFull::end);
-    }
-    host::TapFanOut taps{options.tap, recorder ? &*recorder : nullptr, writer.any() ? &stages : nullptr};
-    params.tips = host::ToolTips(options.output.tips);
-    params.tap = taps.any() ? &taps : nullptr;
-    const auto port = make_port(uri);
-    DeviceStopwatch stopwatch;
-    tracking::PoseFlags flags;  // of the newest pose; only flags that the user can clear by an action
-    DeviceLoop loop(*port, lines.lines(), params, [&](const tracking::PoseEstimate<double>& pose) {
-        stopwatch.add_pose_time(to_us(pose.time));
-        constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
-        flags = {};
-        flags.set_if(pose.flags.has(kHemisphereUnknown), kHemisphereUnknown);
-    });
-    FaultReporter reporter(config.device, params.tap);
-    host::HealthMonitor monitor(config.health);
-    const host::InterruptGuard guard;
-    if (options.ready) {  // before real-time priority, which threads inherit
-        options.ready();
-    }
-    const RealtimeStatus realtime = request_realtime(config.lock_memory.value_or(true), config.priority);
-    print_realtime_refusals(config, realtime);
-    host::Progress progress(config.device);
-    const HostTime begin = drivers::host_now();
-    HostTime steady = begin;  // time at which the device last worked
-    const auto gives_up = [&](HostTime now) {
-        steady = loop.session().is_steady() ? now : steady;
-        return options.give_up_after_s > 0 && to_seconds(now - steady) > options.give_up_after_s;
-    };
-    std::string error;
-    const auto is_any = [&](bool (LinePump::*state)() const) {
-        bool any = false;
-        writer.each([&](const LinePump& pump) { any = any || (pump.*state)(); });
-        return any;
-    };
-    while (!guard.interrupted() && !is_any(&LinePump::has_failed) &&
-           (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
-        if (options.paused && options.paused()) {
-            loop.stop();
-            steady = drivers::host_now();
-            std::this_thread::sleep_for(std::chrono::milliseconds(20));
-            continue;
-        }
-        loop.step();
-        if (options.each_step) {
-            options.each_step(loop);
-        }
-        if (options.duration_s > 0) {
-            progress.show(stopwatch.elapsed_s() / options.duration_s);
-        }
-        const HostTime now = drivers::host_now();
-        reporter.check(loop.session(), *port, now);
-        reporter.check(flags, now);
-        if (monitor.update(counts_of(loop, *port, now, writer), now - begin)) {
-            reporter.check(monitor.health(), now);
-            if (options.each_health) {
-                options.each_health(monitor.health());
-            }
-        }
-        if (loop.counters().lines_lost > 0) {
-            throw host::DeviceError("the coil lines are lost (they were off); check the GPIO chip, then start again");
-        }
-        const bool waits_in_vain =
-            options.wait_s > 0 && loop.session().counters().starts == 0 && to_seconds(now - begin) > options.wait_s;
-        if (waits_in_vain) {
-            const char* const reason = loop.session().detail();
-            throw host::DeviceError(fmt::format(
-                "{}: {}", config.device,
-                reporter.has_printed(reason) ? fmt::format("not ready in {:g} s; giving up", options.wait_s) : reason));
-        }
-        if (gives_up(now)) {
-            error = fmt::format("{}: the device has not worked for {:g} s; giving up", config.device, options.give_up_after_s);
-            break;
-        }
-    }
-    loop.stop();
-    reporter.print_repeated();
-    stages.finish();
-    const bool unread = is_any(&LinePump::is_unread);
-    const auto add_error = [&](const std::string& also) { error = error.empty() ? also : error; };
-    writer.each([&](LinePump& pump) { add_error(pump.close()); });
-    add_error(recorder ? recorder->close() : "");
-    const auto closing = summary(config, loop, *port, realtime, monitor.health());
-    port->close();
-    if (unread) {
-        return kSignalled + SIGPIPE;
-    }
-    if (writer.json && !writer.json->takes_more()) {
-        error = error.empty() ? "standard output: the summary was not printed, because its reader does not read" : error;
-    } else if (writer.json) {
-        host::print_text("{}\n", closing.dump());
-    } else {
-        host::print_text(text_of(closing));
-    }
-    if (!error.empty()) {
-        throw host::DeviceError(error);
-    }
-    return to_int(loop.counters().valid_poses > 0 ? host::ExitCode::fine : host::ExitCode::check_failed);
-}
+int run_device(const DeviceRunOptions& options) { return DeviceRun(options).run(); }
 
 }  // namespace tricoil::linux_board

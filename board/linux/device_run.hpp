@@ -1,14 +1,13 @@
 // `tricoil run --device`: tracks columns of a front end, or receives poses of a tracker board.
 #pragma once
 
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "board/linux/device_config.hpp"
-#include "board/linux/device_loop.hpp"
 #include "board/pose_text/output_format.hpp"
+#include "board/stream/stream_loop.hpp"
 #include "core/calibration/calibration.hpp"
 #include "core/tracking/tracker_tap.hpp"
 
@@ -25,10 +24,7 @@ struct DeviceRunOptions {
     host::OutputOptions output;                   // of CSV and JSON, tips also on the link; `tap` gets the poses of the sensors
     std::string record;                           // folder; empty: none
     tracking::TrackerTap<double>* tap = nullptr;  // receives inputs and outputs of the trackers
-    std::function<void()> ready;                  // called once, with valid options; may be empty
-    std::function<void(DeviceLoop&)> each_step;   // called between steps; may be empty
-    std::function<void(const host::LinkHealth&)> each_health;  // called several times a second; may be empty
-    std::function<bool()> paused;                              // called between steps: true keeps the coils off; empty: never
+    host::LoopParams loop;                        // duration, health limits and outputs are set by the run
 };
 
 /// Describes the origin of the columns, for a recording.

@@ -5,9 +5,10 @@
 #include <utility>
 
 #include "board/linux/device_config.hpp"
-#include "board/pose_source/device_source.hpp"
-#include "board/pose_source/recorded_source.hpp"
-#include "board/pose_source/simulated_source.hpp"
+#include "board/linux/device_source.hpp"
+#include "board/record/recorded_source.hpp"
+#include "board/simulation/simulated_source.hpp"
+#include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/text_table.hpp"
@@ -96,14 +97,64 @@ std::string in_keys(std::string message) {
     return message;
 }
 
+/// Owner is an object with the member `source`.
+template <typename Owner>
+std::shared_ptr<Source> source_of(std::shared_ptr<Owner> owner) {
+    Source* const source = &owner->source();
+    return {std::move(owner), source};
+}
+
+class OwnSimulation {
+public:
+    OwnSimulation(const SimulationOptions& options, tracking::TrackerTap<double>& tap)
+        : board_(options),
+          loop_(params(options), {board_.clock, board_.coils, board_.sampler, link_, &tap}),
+          source_(board_, loop_) {}
+
+    [[nodiscard]] Source& source() { return source_; }
+
+private:
+    app::MainLoopParams<double> params(const SimulationOptions& options) {
+        app::MainLoopParams<double> params{board_.setup.plan, board_.stations.first().demodulation(),
+                                           make_tracker(options, board_.setup)};
+        params.sensors = board_.setup.stations;
+        return params;
+    }
+
+    SimulatedBoard board_;
+    sim::SimulatedLink<double> link_{[](const tracking::PoseEstimate<double>&) {}};
+    app::MainLoop<double> loop_;
+    SimulatedSource<app::MainLoop<double>> source_;
+};
+
+/// A recording without columns (the device computed the poses) gives its recorded poses.
+class OwnRecording {
+public:
+    OwnRecording(const std::string& folder, const std::string& tracker, tracking::TrackerTap<double>& tap)
+        : recording_(folder), trackers_(tap), source_(recording_, settings_of(recording_, tracker), trackers_) {}
+
+    [[nodiscard]] Source& source() { return source_; }
+
+private:
+    Recording recording_;
+    TrackerStage trackers_;
+    RecordedSource source_;
+};
+
 std::unique_ptr<PoseSource> open_simulation(const std::string& text, const std::string& tracker) {
     SimulationName simulation = parse_simulation(text);
     simulation.options.tracker = tracker.empty() ? simulation.options.tracker : tracker;
     try {
-        return std::make_unique<SimulatedSource>(simulation.options, simulation.realtime);
+        return std::make_unique<PoseSource>(
+            [&](auto& tap) { return source_of(std::make_shared<OwnSimulation>(simulation.options, tap)); }, simulation.realtime);
     } catch (const InputError& error) {
         throw InputError("sim: " + in_keys(error.what()));
     }
+}
+
+std::unique_ptr<PoseSource> open_recording(const std::string& folder, const std::string& tracker) {
+    return std::make_unique<PoseSource>(
+        [&](auto& tap) { return source_of(std::make_shared<OwnRecording>(folder, tracker, tap)); }, false);
 }
 
 std::unique_ptr<PoseSource> open_device(const std::string& name, const std::string& tracker) {
@@ -117,7 +168,10 @@ std::unique_ptr<PoseSource> open_device(const std::string& name, const std::stri
         config.device = name;
     }
     config.method = tracker.empty() ? config.method : tracker;
-    return std::make_unique<DeviceSource>(config);
+    const auto calibration =
+        config.calibration.empty() ? std::nullopt : std::optional(read_calibration(config.calibration).calibration);
+    return std::make_unique<PoseSource>(
+        [&](auto& tap) { return std::make_shared<linux_board::DeviceSource>(config, calibration, &tap); }, false);
 }
 
 }  // namespace
@@ -130,7 +184,7 @@ std::unique_ptr<PoseSource> open_source(const std::string& name, const std::stri
         return open_simulation(rest, tracker);
     }
     if (scheme == "recording") {
-        return std::make_unique<RecordedSource>(rest, tracker);
+        return open_recording(rest, tracker);
     }
     if (scheme == "can" || scheme == "usb" || scheme == "serial" || name.ends_with(".toml")) {
         return open_device(name, tracker);

@@ -20,14 +20,20 @@ void PoseQueue::do_pose(const tracking::PoseEstimate<double>& estimate) {
     ++size_;
 }
 
-/// While poses are queued, the source is served without waiting: otherwise a backlog would never become shorter.
+PoseSource::PoseSource(const MakeSource& make, bool realtime)
+    : source_(make(queue_)), loop_(*source_, LoopParams{.realtime = realtime}) {}
+
+/// While poses are queued, a live source is served without waiting: otherwise a backlog would never become shorter.
 PoseSource::Event PoseSource::poll(Microseconds patience, tracking::PoseEstimate<double>& pose) {
     const HostTime end = drivers::host_now() + patience;
     Microseconds left = queue_.empty() ? patience : Microseconds{0};
-    do {
-        ended_ = ended_ || !do_advance(left);
+    while (!ended_ && (queue_.empty() || source_->is_live())) {
+        ended_ = !loop_.step(left);
         left = end - drivers::host_now();
-    } while (queue_.empty() && !ended_ && left.count() > 0);
+        if (!queue_.empty() || left.count() <= 0) {
+            break;
+        }
+    }
     if (queue_.empty()) {
         return ended_ ? Event::end : Event::none;
     }
@@ -45,7 +51,7 @@ PoseSource::Event PoseSource::poll(Microseconds patience, tracking::PoseEstimate
 }
 
 bool PoseSource::set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
-    return sensor < outputs_.size() && towards.allFinite() && !towards.isZero(0) && do_set_hemisphere(sensor, towards);
+    return sensor < outputs_.size() && towards.allFinite() && !towards.isZero(0) && source_->set_hemisphere(sensor, towards);
 }
 
 bool PoseSource::set_tip(std::size_t sensor, const Vec3<double>& tip_m, const Mat3<double>& covariance_m2) {

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <array>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "board/stream/stream_loop.hpp"
 #include "board/support/tool_tip.hpp"
 #include "core/tracking/output_frame.hpp"
 #include "core/tracking/tracker_tap.hpp"
@@ -33,14 +36,17 @@ private:
 };
 
 /// Only one thread at a time may use a source.
-class PoseSource {
+class PoseSource final {
 public:
     enum class Event : std::uint8_t { pose, none, end };
 
-    PoseSource() = default;
+    /// Makes the source that gives its poses to a tap. It may own what the source needs.
+    using MakeSource = std::function<std::shared_ptr<Source>(tracking::TrackerTap<double>&)>;
+
+    /// realtime: at the pace of the source's clock; otherwise as fast as poses are polled. Throws what `make` throws.
+    PoseSource(const MakeSource& make, bool realtime);
     PoseSource(const PoseSource&) = delete;
     PoseSource& operator=(const PoseSource&) = delete;
-    virtual ~PoseSource() = default;
 
     /// Waits for the next pose, at most `patience`. `pose` is set if the result is Event::pose; it is in the output frame of its
     /// sensor. Event::end: the simulation or recording has ended. Throws InputError for a damaged recording, DeviceError if the
@@ -60,26 +66,20 @@ public:
     bool boresight(std::size_t sensor);
 
     /// Status as text for the user; never empty.
-    [[nodiscard]] std::string status() const { return do_status(); }
+    [[nodiscard]] std::string status() const { return source_->status(); }
 
     /// Poses that were dropped because poll() was not called often enough.
     [[nodiscard]] std::uint64_t dropped() const { return queue_.dropped(); }
 
-protected:
-    PoseQueue& queue() { return queue_; }
-
 private:
-    /// Takes a small step: waits at most 5 ms and at most `patience`. Returns false at the end of the source.
-    virtual bool do_advance(Microseconds patience) = 0;
-    virtual bool do_set_hemisphere(std::size_t sensor, const Vec3<double>& towards) = 0;
-    [[nodiscard]] virtual std::string do_status() const = 0;
-
     struct Output {
         std::optional<tracking::OutputFrame<double>> frame;  // of the boresight; empty: none
         std::optional<Quat<double>> attitude;                // of the last polled pose, before the output frame; empty: not valid
     };
 
     PoseQueue queue_;
+    std::shared_ptr<Source> source_;
+    StreamLoop loop_;
     ToolTips tips_;
     std::array<Output, tracking::kMaxSensors> outputs_;
     bool ended_ = false;

@@ -3,7 +3,8 @@
 #include <cmath>
 
 #include "board/pose_text/pose_stages.hpp"
-#include "board/record/recording_player.hpp"
+#include "board/record/recorded_source.hpp"
+#include "board/stream/stream_loop.hpp"
 #include "board/support/output_file.hpp"
 #include "core/geometry/rotations.hpp"
 
@@ -109,13 +110,13 @@ ReplayReport replay(const Recording& recording, const TrackerSettings& settings,
         }
     });
     TrackerStage trackers(replayed);
-    RecordingPlayer player(recording, settings, trackers);
-    for (; player.read(); ++report.inputs) {
+    RecordedSource source(recording, settings, trackers);
+    run_to_end(source, [&] {
         if (progress) {
-            progress(player.share());
+            progress(source.share());
         }
-        player.play();
-    }
+    });
+    report.inputs = source.played();
     stages.finish();
     comparison.finish();
     if (file) {

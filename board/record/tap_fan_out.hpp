@@ -15,6 +15,8 @@ public:
     TapFanOut(std::initializer_list<tracking::TrackerTap<double>*> taps) {
         std::copy_if(taps.begin(), taps.end(), std::back_inserter(taps_), [](const auto* tap) { return tap != nullptr; });
     }
+    /// `tap` must outlive this object.
+    void add(tracking::TrackerTap<double>& tap) { taps_.push_back(&tap); }
     [[nodiscard]] bool any() const { return !taps_.empty(); }
 
 private:

@@ -27,7 +27,8 @@ struct SimulationOptions {
     bool no_deskew = false;
     double predict_ahead_s = 0;
     std::uint64_t seed = 1;
-    int stations = 1;  // number of sensors, 1 to 4; sensors 2 to 4 are near the first and move little
+    int stations = 1;                  // number of sensors, 1 to 4; sensors 2 to 4 are near the first and move little
+    std::string fidelity = "samples";  // "columns": columns with the right noise are computed directly, much faster
 };
 
 }  // namespace tricoil::host

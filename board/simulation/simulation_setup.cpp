@@ -103,15 +103,29 @@ void refuse_short(const SimulationOptions& options, double duration_s, double bl
                                  options.trajectory, options.speed, options.predict_ahead_s));
 }
 
-}  // namespace
-
-SimulationSetup make_simulation(const SimulationOptions& options) {
-    SimulationSetup setup{make_scenario(options), make_plan(options)};
-    refuse_short(options, setup.scenario.duration_s, setup.plan.block_s());
+void refuse_bad_stations(const SimulationOptions& options) {
     if (options.stations < 1 || options.stations > tracking::kMaxSensors) {
         throw InputError("--stations " + std::to_string(options.stations) + ": must be 1 to " +
                          std::to_string(tracking::kMaxSensors));
     }
+    if (options.stations > 1 && is_by_columns(options)) {
+        throw InputError("--stations: not with --fidelity columns, which simulates one sensor; use --fidelity samples");
+    }
+    if (options.stations > 1 && fixed_method(options.tracker)) {
+        throw InputError("--stations: not with --tracker fixed-direct or fixed-previous, which track one sensor");
+    }
+}
+
+}  // namespace
+
+bool is_by_columns(const SimulationOptions& options) {
+    return index_of_name("--fidelity", options.fidelity, {"samples", "columns"}) == 1;
+}
+
+SimulationSetup make_simulation(const SimulationOptions& options) {
+    refuse_bad_stations(options);
+    SimulationSetup setup{make_scenario(options), make_plan(options)};
+    refuse_short(options, setup.scenario.duration_s, setup.plan.block_s());
     setup.stations = options.stations;
     const auto& h = options.hemisphere;
     setup.hemisphere = h.empty() ? setup.scenario.motion->at(0).position_m : Vec3<double>(h[0], h[1], h[2]);

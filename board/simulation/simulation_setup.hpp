@@ -14,6 +14,9 @@ struct SimulationSetup {
     int stations = 1;
 };
 
+/// Throws InputError for an unknown fidelity.
+bool is_by_columns(const SimulationOptions& options);
+
 /// Throws InputError, naming the option, for invalid options.
 SimulationSetup make_simulation(const SimulationOptions& options);
 

@@ -72,7 +72,8 @@ TEST(ConverterErrors, AJumpChangesTheAmplitudeOfALargerSine) {
             double code = amplitude * sine;
             for (std::size_t n = 0; n < ConverterErrors::kJumps; ++n) {
                 const double height = static_cast<double>(ConverterErrors::kJumpUnit) * errors.jump[1][n];
-                for (const double level : {n / 16.0, n / -16.0}) {  // half of the height each
+                const double side = static_cast<double>(n) / 16;
+                for (const double level : {side, -side}) {  // half of the height each
                     code += (amplitude * sine > level ? 0.25 : -0.25) * height;
                 }
             }

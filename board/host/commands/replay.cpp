@@ -6,7 +6,7 @@
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/stage_options.hpp"
-#include "board/record/recording_player.hpp"
+#include "board/record/recorded_source.hpp"
 #include "board/record/replay.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"

@@ -2,11 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
@@ -22,13 +20,12 @@
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/udp_service.hpp"
 #include "board/pose_text/pose_stages.hpp"
-#include "board/record/recording_player.hpp"
+#include "board/record/recorded_source.hpp"
 #include "board/record/tap_fan_out.hpp"
+#include "board/stream/stream_loop.hpp"
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/interrupt.hpp"
 #include "board/support/output_file.hpp"
-#include "board/support/pacer.hpp"
 #include "board/support/service_notice.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/tracker_choice.hpp"
@@ -255,35 +252,32 @@ void add_page(const ServeCommand& command, const Access& access, Server& server,
 void add_page(const ServeCommand&, const Access&, Server&, TrackerControl&, RecordingSwitch&, Addresses&) {}
 #endif
 
-/// Passes the clients' requests to the running loop. A request for an unknown sensor, or with a number that is not finite, has no
-/// effect.
-auto execute_request(TrackerControl& control) {
-    return [&control](auto& loop) {
-        for (const auto& request : control.take()) {
-            (void)loop.set_hemisphere(request.sensor, request.towards);
-        }
-    };
-}
-
-/// The running loop calls it in every round. It also notifies the service manager.
-auto is_paused(TrackerControl& control, ServiceNotice& notice) {
-    return [&] {
+/// The loop passes the requests of clients to the source, and notifies the service manager. A request for an unknown sensor, or
+/// with a number that is not finite, has no effect.
+LoopParams loop_params(PoseHub& hub, TrackerControl& control, ServiceNotice& notice, const std::function<void()>& ready) {
+    LoopParams params;
+    params.ready = ready;
+    params.is_paused = [&] {
         notice.alive();
         return !control.running();
     };
+    params.each_step = [&](Source& source) {
+        for (const auto& request : control.take()) {
+            (void)source.set_hemisphere(request.sensor, request.towards);
+        }
+        return true;
+    };
+    params.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };
+    return params;
 }
 
-int serve_simulation(RunCommand& run, PoseHub& hub, tracking::TrackerTap<double>& tap, TrackerControl& control,
-                     ServiceNotice& notice, const std::function<void()>& ready) {
+int serve_simulation(RunCommand& run, const LoopParams& loop, tracking::TrackerTap<double>& tap) {
     run.options.realtime = true;
     run.options.duration_s = run.options.duration_s.value_or(kUnlimited_s);
     RunObservers observers;
     observers.tap = &tap;
-    observers.ready = ready;
-    observers.paused = is_paused(control, notice);
+    observers.loop = loop;
     observers.score = false;
-    observers.each_block = execute_request(control);
-    observers.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };
     const RunReport report = run_simulated(run.options, observers);
     if (!report.recording_error.empty()) {
         throw DeviceError(report.recording_error);
@@ -291,44 +285,19 @@ int serve_simulation(RunCommand& run, PoseHub& hub, tracking::TrackerTap<double>
     return to_int(ExitCode::fine);
 }
 
-int serve_device(const RunCommand& run, PoseHub& hub, tracking::TrackerTap<double>& tap, TrackerControl& control,
-                 ServiceNotice& notice, const std::function<void()>& ready) {
+int serve_device(const RunCommand& run, const LoopParams& loop, tracking::TrackerTap<double>& tap) {
     auto options = device_options(run);
     options.tap = &tap;
-    options.ready = ready;
-    options.paused = is_paused(control, notice);
-    options.each_step = execute_request(control);
-    options.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };
+    options.loop = loop;
     return linux_board::run_device(options);
 }
 
 /// Plays the recording at its own pace.
-int serve_recording(const Recording& recording, const std::string& tracker, tracking::TrackerTap<double>& tap,
-                    TrackerControl& control, ServiceNotice& notice, const std::function<void()>& ready) {
-    constexpr Pacer::Duration kLongestSleep{20'000};
-    const InterruptGuard guard;
-    const auto paused = is_paused(control, notice);
+int serve_recording(const Recording& recording, const std::string& tracker, LoopParams loop, tracking::TrackerTap<double>& tap) {
     TrackerStage trackers(tap);
-    RecordingPlayer player(recording, settings_of(recording, tracker), trackers);
-    ready();
-    bool has_time = false;  // since the clock of the device started
-    DeviceTime newest{};    // times of several sensors may go back by a little
-    Microseconds played{};
-    Pacer pacer;
-    while (!guard.interrupted() && player.read()) {
-        has_time = has_time && !player.begins();
-        if (const auto time = player.time()) {
-            const DeviceTime before = has_time ? newest : *time;
-            newest = std::max(before, *time);
-            played = played + (newest - before);
-            has_time = true;
-        }
-        for (auto left = pacer.left(played); !guard.interrupted() && (paused() || left.count() > 0); left = pacer.left(played)) {
-            (void)control.take();  // the hemisphere is part of the recording
-            std::this_thread::sleep_for(std::clamp(left, Pacer::Duration{1'000}, kLongestSleep));
-        }
-        player.play();
-    }
+    RecordedSource source(recording, settings_of(recording, tracker), trackers);
+    loop.realtime = true;
+    StreamLoop(source, loop).run();
     return to_int(ExitCode::fine);
 }
 
@@ -366,15 +335,13 @@ std::optional<Recording> open_recording(const ServeCommand& command) {
     return std::optional<Recording>(command.recording);
 }
 
-int run_source(const ServeCommand& command, const std::optional<Recording>& recording, PoseHub& hub,
-               tracking::TrackerTap<double>& taps, TrackerControl& control, ServiceNotice& notice,
-               const std::function<void()>& ready) {
+int run_source(const ServeCommand& command, const std::optional<Recording>& recording, const LoopParams& loop,
+               tracking::TrackerTap<double>& taps) {
     if (recording) {
         const std::string tracker = command.tracker->count() > 0 ? command.run->options.tracker : "";
-        return serve_recording(*recording, tracker, taps, control, notice, ready);
+        return serve_recording(*recording, tracker, loop, taps);
     }
-    return is_on_device(*command.run) ? serve_device(*command.run, hub, taps, control, notice, ready)
-                                      : serve_simulation(*command.run, hub, taps, control, notice, ready);
+    return is_on_device(*command.run) ? serve_device(*command.run, loop, taps) : serve_simulation(*command.run, loop, taps);
 }
 
 /// Options of poses that no output of the command has.
@@ -435,7 +402,7 @@ int run_serve(const ServeCommand& command) {
     if (to_standard_output != nullptr) {
         summary.emplace();
     }
-    const int result = run_source(command, recording, server.hub(), taps, control, notice, ready);
+    const int result = run_source(command, recording, loop_params(server.hub(), control, notice, ready), taps);
     stages.finish();
     server.stop();
     if (summary) {

@@ -11,7 +11,8 @@
 #include "board/host/commands/stage_options.hpp"
 #include "board/host/smooth/smoothing_tap.hpp"
 #include "board/pose_text/pose_stages.hpp"
-#include "board/record/recording_player.hpp"
+#include "board/record/recorded_source.hpp"
+#include "board/stream/stream_loop.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/output_file.hpp"
@@ -105,16 +106,15 @@ int smooth(const SmoothCommand& command) {
         stages->pose(smoothed.pose);
     });
     SmoothingTap tap([&](const SmoothedPose& smoothed) { merge.take(smoothed); });
-    RecordingPlayer player(recording, recording.settings(), tap);
+    RecordedSource source(recording, recording.settings(), tap);
     Progress progress("smooth");
-    while (player.read()) {
-        progress.show(player.share());
-        if (player.begins()) {
+    run_to_end(source, [&] {
+        progress.show(source.share());
+        if (source.begins()) {
             tap.finish();  // the clock may start again
             merge.finish();
         }
-        player.play();
-    }
+    });
     tap.finish();
     merge.finish();
     stages->finish();

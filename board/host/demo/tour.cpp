@@ -56,7 +56,7 @@ ScoreSummary run_step(const TourStep& step, tracking::TrackerTap<double>& tap, c
     const BorrowedInterrupt end_of_step(is_over);
     RunObservers observers;
     observers.tap = &tap;
-    observers.each_health = each_health;
+    observers.loop.each_health = each_health;
     return run_simulated(step.run, observers).score;
 }
 

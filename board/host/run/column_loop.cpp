@@ -60,6 +60,13 @@ Status ColumnLoop::acquire() {
     return {};
 }
 
+Status ColumnLoop::set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
+    if (sensor != kSensor) {
+        return {StatusCode::invalid_argument, "no such sensor"};
+    }
+    return chain_.set_hemisphere(kSensor, towards, devices_);
+}
+
 void ColumnLoop::process() {
     if (has_columns_ && !chain_.track(columns_, after_gap_, devices_, counters_)) {
         chain_.tick(kSensor, devices_, counters_);

@@ -24,9 +24,11 @@ public:
     Status acquire();
     void process();
     void stop() { devices_.coils.switch_off(); }
+    Status set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
 
     [[nodiscard]] const app::MainLoopCounters& counters() const { return counters_; }
-    [[nodiscard]] auto& tracker() { return chain_.tracker(); }
+    /// sensor: 0.
+    [[nodiscard]] auto& tracker(std::size_t /*sensor*/ = 0) { return chain_.tracker(); }
 
 private:
     signal::AcquisitionPlan plan_;

@@ -25,7 +25,7 @@ T value_of(const Result<T>& result) {
 
 app::FixedChain::Params fixed_params(const RunOptions& options, const RunObservers& observers, const sim::CoilWorld& world,
                                      const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere) {
-    refuse(observers.tap != nullptr || observers.each_block != nullptr, options, "serve");
+    refuse(observers.tap != nullptr, options, "serve");
     refuse(!options.record.empty(), options, "--record (use --samples)");
     prediction_of_option(options.tracker, options.predict_ahead_s);
     refuse(options.no_deskew, options, "--no-deskew");

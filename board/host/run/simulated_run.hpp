@@ -10,7 +10,7 @@
 #include "board/host/run/run_score.hpp"
 #include "board/pose_text/output_format.hpp"
 #include "board/simulation/simulation_options.hpp"
-#include "board/support/link_health.hpp"
+#include "board/stream/stream_loop.hpp"
 #include "sim/world/coil_world.hpp"
 
 namespace tricoil::host {
@@ -19,14 +19,13 @@ struct RunOptions : SimulationOptions {
     bool realtime = false;
     bool show_live = true;
     std::string out_csv;
-    bool json_lines = false;           // poses to standard output
-    OutputOptions output;              // stages of these poses; scores use the source frame
-    std::string record;                // folder; empty: none
-    std::string calibration;           // file with coils and surroundings for the tracker; empty: ideal coils
-    std::string couplings;             // file for true poses and couplings; empty: none
-    std::string samples;               // file for the samples of an integer tracker; empty: none
-    bool smooth = false;               // also score the smoothed poses
-    std::string fidelity = "samples";  // "columns": columns with the right noise are computed directly, much faster
+    bool json_lines = false;  // poses to standard output
+    OutputOptions output;     // stages of these poses; scores use the source frame
+    std::string record;       // folder; empty: none
+    std::string calibration;  // file with coils and surroundings for the tracker; empty: ideal coils
+    std::string couplings;    // file for true poses and couplings; empty: none
+    std::string samples;      // file for the samples of an integer tracker; empty: none
+    bool smooth = false;      // also score the smoothed poses
 };
 
 struct RunReport {
@@ -55,13 +54,10 @@ struct RunReport {
 /// Functions that a run calls, and options of its caller.
 struct RunObservers {
     tracking::TrackerTap<double>* tap = nullptr;
-    std::function<void()> ready;  // called once, with valid options, before the first block; may be empty
-    std::function<void(app::MainLoop<double>&)> each_block;           // called between blocks; may be empty
+    LoopParams loop;                                                  // its pace is that of the options
     std::function<void(const fixed::PoseEstimate&)> each_fixed_pose;  // for an integer tracker; may be empty
     std::function<void(const tracking::PoseEstimate<double>&, const PoseError&)> each_pose;  // needs `score`; may be empty
-    std::function<bool()> paused;                        // called between blocks: true keeps the coils off; empty: never
-    std::function<void(const LinkHealth&)> each_health;  // called several times per simulated second; may be empty
-    bool score = true;                                   // false: no score, CSV and live view
+    bool score = true;                                                                       // false: no score, CSV and live view
 };
 
 /// Describes the origin of the columns, for a recording.

@@ -1,6 +1,9 @@
-#include "board/record/recording_player.hpp"
+#include "board/record/recorded_source.hpp"
 
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
 
 #include "board/record/two_band_frame.hpp"
 #include "board/support/errors.hpp"
@@ -56,15 +59,41 @@ void TrackerStage::do_hemisphere(std::uint8_t sensor, const Vec3<double>& toward
     (void)trackers_.at(sensor)->set_hemisphere(towards);  // a refused hemisphere is refused again
 }
 
-RecordingPlayer::RecordingPlayer(const Recording& recording, const std::optional<TrackerSettings>& settings,
-                                 tracking::TrackerTap<double>& tap)
+RecordedSource::RecordedSource(const Recording& recording, const std::optional<TrackerSettings>& settings,
+                               tracking::TrackerTap<double>& tap)
     : settings_(settings), tap_(tap), lines_(recording.folder(), settings ? RecordFile::inputs : RecordFile::poses) {
     if (settings_) {
         tap_.begin(*settings_);
     }
 }
 
-bool RecordingPlayer::read() {
+/// A line is read in one step and passed in the next, so that a loop at the pace of the recording can wait between them.
+bool RecordedSource::advance(Microseconds /*patience*/) {
+    if (std::exchange(has_line_, false)) {
+        play();
+        ++played_;
+        return true;
+    }
+    has_line_ = read();
+    has_ended_ = !has_line_;
+    if (has_line_) {
+        follow_clock();
+    }
+    return has_line_;
+}
+
+void RecordedSource::follow_clock() {
+    if (begins()) {
+        newest_.reset();
+    }
+    if (const auto now = time()) {
+        const DeviceTime before = newest_.value_or(*now);
+        newest_ = std::max(before, *now);
+        elapsed_ += *newest_ - before;
+    }
+}
+
+bool RecordedSource::read() {
     std::string line;
     if (!lines_.next(line)) {
         return false;
@@ -81,7 +110,7 @@ bool RecordingPlayer::read() {
     return true;
 }
 
-std::optional<DeviceTime> RecordingPlayer::time() const {
+std::optional<DeviceTime> RecordedSource::time() const {
     if (!settings_) {
         return pose_.time;
     }
@@ -90,7 +119,7 @@ std::optional<DeviceTime> RecordingPlayer::time() const {
                                             : std::nullopt;
 }
 
-void RecordingPlayer::play() {
+void RecordedSource::play() {
     if (!settings_) {
         tap_.pose(pose_);
         return;

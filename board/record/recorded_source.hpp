@@ -1,4 +1,4 @@
-// Plays a recording: a source of inputs, and the trackers that compute poses from inputs again.
+// Inputs or poses of a recording, and the trackers that compute poses from inputs again.
 #pragma once
 
 #include <memory>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "board/record/recording.hpp"
+#include "board/stream/source.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 
 namespace tricoil::host {
@@ -34,29 +35,40 @@ private:
 };
 
 /// Passes the inputs of a recording to a tap, line by line. If the device computed the poses, these are passed.
-class RecordingPlayer {
+class RecordedSource final : public Source {
 public:
     /// settings: of the trackers, see settings_of(). `tap` must outlive this object.
-    RecordingPlayer(const Recording& recording, const std::optional<TrackerSettings>& settings,
-                    tracking::TrackerTap<double>& tap);
+    RecordedSource(const Recording& recording, const std::optional<TrackerSettings>& settings, tracking::TrackerTap<double>& tap);
 
-    /// Reads the next line; false at the end. Throws InputError for a damaged line.
-    bool read();
-    /// Device time of the line; empty if it has none.
-    [[nodiscard]] std::optional<DeviceTime> time() const;
-    /// True if trackers begin with this line.
+    /// True if trackers begin with the line that was read last.
     [[nodiscard]] bool begins() const { return settings_ && input_.kind == InputKind::begin; }
-    /// Passes the line to the tap. Throws InputError for a sensor that the settings do not have.
-    void play();
+    /// Lines that were passed.
+    [[nodiscard]] std::uint64_t played() const { return played_; }
     /// Part of the file that was read, 0 to 1.
     [[nodiscard]] double share() const { return lines_.share(); }
 
 private:
+    bool advance(Microseconds patience) override;
+    void rest() override {}
+    bool set_hemisphere(std::size_t /*sensor*/, const Vec3<double>& /*towards*/) override { return false; }
+    [[nodiscard]] Microseconds elapsed() const override { return elapsed_; }
+    [[nodiscard]] std::string status() const override { return has_ended_ ? "the recording has ended" : "reading a recording"; }
+
+    bool read();
+    void play();
+    void follow_clock();
+    [[nodiscard]] std::optional<DeviceTime> time() const;
+
     std::optional<TrackerSettings> settings_;  // empty: recorded poses
     tracking::TrackerTap<double>& tap_;
     RecordLines lines_;
     TrackerInput input_;
     tracking::PoseEstimate<double> pose_;
+    bool has_line_ = false;             // read, and not passed yet
+    std::optional<DeviceTime> newest_;  // since the device's clock started; times of several sensors may go back by a little
+    Microseconds elapsed_;              // of the line that was read last
+    std::uint64_t played_ = 0;
+    bool has_ended_ = false;
 };
 
 }  // namespace tricoil::host
