@@ -57,6 +57,7 @@ typedef struct tricoil_pose {
 
 /* Opens a source of poses:
  * - can:can0[#NODE], usb:1209:0001[:SERIAL] or serial:/dev/ttyACM0: a device;
+ * - columns:WHERE or couplings:WHERE: text of other hardware, of a file, standard input (-), tcp:PORT or udp:PORT;
  * - board.toml: the device of a configuration file of `tricoil run --config`;
  * - sim:hand or sim:hand,mux=tdm,seed=2: a simulation of a scenario of `tricoil run --list`. Keys: mux (tdm, fdm, dual-band),
  *   rate_hz, duration_s, seed, noise (yes, no), stations (1 to 4 sensors), realtime (yes, no; default no: as fast as it is

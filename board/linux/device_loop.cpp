@@ -4,9 +4,8 @@
 #include <utility>
 
 #include "board/linux/column_correction.hpp"
-#include "board/support/tracker_choice.hpp"
+#include "board/linux/column_timing.hpp"
 #include "core/protocol/convert.hpp"
-#include "core/signal/acquisition_plan.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
@@ -18,26 +17,6 @@ constexpr int kMaxEdges = 16;                      // per step; size of the kern
 constexpr int kMaxMessagesPerStep = 256;           // per step, so that a flood does not delay signals and time-outs
 constexpr Microseconds kHemispherePause{100'000};  // between commands to a tracker board, which answers with its next poses
 constexpr Microseconds kColumnSilence{150'000};    // longest time without a column before poses are flagged stale
-
-/// Sets the parameters that follow from the timing of the front end. If its plan is unknown, the quadrature is not judged.
-void set_timing(const protocol::IdentifyMessage& identity, tracking::TrackerTap<double>::Settings& settings) {
-    tracking::CommonParams<double>& common = settings.tracker.common;
-    const auto multiplexing = static_cast<signal::Multiplexing>(identity.multiplexing);
-    const double frame_rate_hz = 1e-3 * identity.frame_rate_millihertz;
-    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, frame_rate_hz));
-    if (plan.ok()) {
-        tracking::set_plan(common, *plan);
-    } else {
-        common.max_column_span = microseconds_from_seconds(multiplexing == signal::Multiplexing::tdm ? 0.8 / frame_rate_hz : 0);
-        if (settings.calibration) {
-            settings.calibration->quadrature_floor = 1;
-        }
-    }
-    common.window_s = 1e-6 * identity.window_us;
-    if (auto* bands = std::get_if<tracking::DualBandParams>(&settings.tracker.method)) {
-        *bands = tracking::dual_band_params(1 / frame_rate_hz);
-    }
-}
 
 }  // namespace
 
@@ -130,8 +109,9 @@ void DeviceLoop::begin() {
     common.coupling_constant = params_.coupling_constant_m3;
     common.hemisphere = params_.hemisphere;
     common.confined = params_.session.confined;
-    set_timing(session_.identity(), settings);
-    host::set_deskew(settings.tracker.method, is_tdm_);
+    set_timing(static_cast<signal::Multiplexing>(session_.identity().multiplexing),
+               1e-3 * session_.identity().frame_rate_millihertz, settings);
+    common.window_s = 1e-6 * session_.identity().window_us;
     for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
         trackers_[n].emplace(settings.tracker, settings.calibration);
     }

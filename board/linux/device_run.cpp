@@ -10,6 +10,7 @@
 #include "board/linux/fault_reporter.hpp"
 #include "board/linux/line_pump.hpp"
 #include "board/linux/realtime.hpp"
+#include "board/linux/text_source.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/pose_text/pose_utc.hpp"
 #include "board/record/recorder.hpp"
@@ -75,7 +76,23 @@ void print_realtime_refusals(const DeviceConfig& config, const RealtimeStatus& r
     }
 }
 
+nlohmann::ordered_json summary(const DeviceConfig& config, const TextCounters& counters, const host::LinkHealth& health) {
+    return {{"device", config.device},
+            {"lines", counters.lines},
+            {"lines_refused", counters.refused_lines},
+            {"columns", counters.columns},
+            {"poses", counters.poses},
+            {"poses_valid", counters.valid_poses},
+            {"health", host::health_json(health)}};
+}
+
 std::string text_of(const host::Json& s) {
+    if (s.contains("lines")) {
+        return host::fill(s,
+                          "{device}: {poses} poses, {poses_valid} valid\n"
+                          "  lines    {lines} read, {lines_refused} refused; {columns} columns\n") +
+               "  health   " + host::health_line(s["health"]) + "\n";
+    }
     return host::fill(s,
                       "{device}: {poses} poses, {poses_valid} valid\n"
                       "  columns  {columns} received, {columns_lost} lost, {refused} messages refused; started {starts} times\n"
@@ -228,7 +245,9 @@ private:
     host::PoseStages stages_;
     std::optional<host::Recorder> recorder_;
     host::TapFanOut taps_;
-    std::optional<DeviceSource> source_;  // empty: the link is closed
+    std::unique_ptr<host::Source> source_;  // null: closed
+    const DeviceSource* device_ = nullptr;  // the source, if it is a device
+    const TextSource* text_ = nullptr;      // the source, if it has text
     FaultReporter reporter_;
     host::Progress progress_;
     RealtimeStatus realtime_;
@@ -240,10 +259,19 @@ DeviceRun::DeviceRun(const DeviceRunOptions& options)
     : options_(options),
       stages_(options.output, writer_),
       taps_{options.tap},
-      source_(std::in_place, options.config, options.calibration, &taps_, host::ToolTips(options.output.tips)),
       reporter_(options.config.device, &taps_),
       progress_(options.config.device),
       limits_(options) {
+    if (is_text_source(options.config.device)) {
+        auto text = std::make_unique<TextSource>(options.config, options.calibration, taps_);
+        text_ = text.get();
+        source_ = std::move(text);
+    } else {
+        auto device =
+            std::make_unique<DeviceSource>(options.config, options.calibration, &taps_, host::ToolTips(options.output.tips));
+        device_ = device.get();
+        source_ = std::move(device);
+    }
     open_lines(options, writer_);
     writer_.start(stages_.units());
     if (!options.record.empty()) {
@@ -286,13 +314,17 @@ void DeviceRun::begin() {
     if (options_.loop.ready) {  // before real-time priority, which threads inherit
         options_.loop.ready();
     }
-    realtime_ = request_realtime(options_.config.lock_memory.value_or(true), options_.config.priority);
-    print_realtime_refusals(options_.config, realtime_);
+    if (device_ != nullptr) {
+        realtime_ = request_realtime(options_.config.lock_memory.value_or(true), options_.config.priority);
+        print_realtime_refusals(options_.config, realtime_);
+    }
     limits_.restart(drivers::host_now());
 }
 
+/// A source of text in a file waits for its outputs, so that no line is dropped.
 bool DeviceRun::is_paused() {
-    const bool is_paused = options_.loop.is_paused && options_.loop.is_paused();
+    const bool waits = !source_->is_live() && is_any(&LinePump::is_behind) && !is_any(&LinePump::has_failed);
+    const bool is_paused = waits || (options_.loop.is_paused && options_.loop.is_paused());
     if (is_paused) {
         limits_.restart(drivers::host_now());
     }
@@ -306,11 +338,13 @@ bool DeviceRun::after_step(host::Source& source) {
     if (options_.duration_s > 0) {
         progress_.show(to_seconds(source.elapsed()) / options_.duration_s);
     }
-    const HostTime now = drivers::host_now();
-    const DeviceSession& session = source_->loop().session();
-    reporter_.check(session, source_->port(), now);
-    reporter_.check(source_->user_flags(), now);
-    error_ = limits_.check(session, reporter_, now);
+    if (device_ != nullptr) {
+        const HostTime now = drivers::host_now();
+        const DeviceSession& session = device_->loop().session();
+        reporter_.check(session, device_->port(), now);
+        reporter_.check(device_->user_flags(), now);
+        error_ = limits_.check(session, reporter_, now);
+    }
     return error_.empty() && !is_any(&LinePump::has_failed);
 }
 
@@ -327,8 +361,9 @@ int DeviceRun::finish(const host::LinkHealth& health) {
     const auto add_error = [this](const std::string& also) { error_ = error_.empty() ? also : error_; };
     writer_.each([&](LinePump& pump) { add_error(pump.close()); });
     add_error(recorder_ ? recorder_->close() : "");
-    const auto closing = summary(options_.config, *source_, realtime_, health);
-    const bool has_valid = source_->loop().counters().valid_poses > 0;
+    const auto closing = device_ != nullptr ? summary(options_.config, *device_, realtime_, health)
+                                            : summary(options_.config, text_->counters(), health);
+    const bool has_valid = closing["poses_valid"] > 0;
     source_.reset();
     if (unread) {
         return kSignalled + SIGPIPE;

@@ -37,6 +37,8 @@ public:
         std::uint64_t dropped = 0;  // lines
     };
     [[nodiscard]] Depth depth() const;
+    /// True if many lines wait, although most of the room is free.
+    [[nodiscard]] bool is_behind() const { return depth().queued_bytes > kCapacity / 8; }
 
     /// Writes the queued lines, for at most two seconds. Returns one line with the lost lines and the reason; empty if none.
     std::string close();

@@ -6,6 +6,7 @@
 
 #include "board/linux/device_config.hpp"
 #include "board/linux/device_source.hpp"
+#include "board/linux/text_source.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/simulation/simulated_source.hpp"
 #include "board/support/calibration_file.hpp"
@@ -17,7 +18,8 @@ namespace tricoil::host {
 namespace {
 
 constexpr const char* kForms =
-    "can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, sim:SCENARIO, recording:FOLDER or a .toml configuration file";
+    "can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, columns:WHERE, couplings:WHERE, sim:SCENARIO, recording:FOLDER or a .toml "
+    "configuration file";
 
 template <typename Number>
 Number number_of(const std::string& key, const std::string& text) {
@@ -171,7 +173,13 @@ std::unique_ptr<PoseSource> open_device(const std::string& name, const std::stri
     const auto calibration =
         config.calibration.empty() ? std::nullopt : std::optional(read_calibration(config.calibration).calibration);
     return std::make_unique<PoseSource>(
-        [&](auto& tap) { return std::make_shared<linux_board::DeviceSource>(config, calibration, &tap); }, false);
+        [&](auto& tap) -> std::shared_ptr<Source> {
+            if (linux_board::is_text_source(config.device)) {
+                return std::make_shared<linux_board::TextSource>(config, calibration, tap);
+            }
+            return std::make_shared<linux_board::DeviceSource>(config, calibration, &tap);
+        },
+        false);
 }
 
 }  // namespace
@@ -186,7 +194,8 @@ std::unique_ptr<PoseSource> open_source(const std::string& name, const std::stri
     if (scheme == "recording") {
         return open_recording(rest, tracker);
     }
-    if (scheme == "can" || scheme == "usb" || scheme == "serial" || name.ends_with(".toml")) {
+    if (linux_board::is_text_source(name) || scheme == "can" || scheme == "usb" || scheme == "serial" ||
+        name.ends_with(".toml")) {
         return open_device(name, tracker);
     }
     throw InputError("unknown source of poses '" + name + "'; use " + kForms);

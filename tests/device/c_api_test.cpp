@@ -29,7 +29,7 @@ std::string refusal(const char* device) {
 
 TEST(CApi, RefusalsNameTheValidForms) {
     for (const char* source : {"nonsense", "", "hand"}) {
-        EXPECT_THAT(refusal(source), HasSubstr("use can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, sim:SCENARIO")) << source;
+        EXPECT_THAT(refusal(source), HasSubstr("use can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, columns:WHERE")) << source;
     }
     EXPECT_THAT(refusal(nullptr), HasSubstr("no source given"));
     EXPECT_THAT(refusal("usb:12345678"), HasSubstr("vendor number"));

@@ -159,6 +159,7 @@ TEST_P(StreamContract, EveryOutputHasTheSameFieldsAndNumbers) {
     const CsvTable csv(read_file(take + ".csv"));
     expect_effect(CsvTable(tricoil("run --duration 0.7 --stations 2 --out -").out), csv, stage);
     const std::string of_take = " " + take + " " + stage.options;
+    const std::string of_columns = "--device columns:" + take + "/inputs.csv,mux=fdm,sensors=2 " + stage.options;
     struct Cell {
         const char* output;
         std::size_t poses;
@@ -170,6 +171,8 @@ TEST_P(StreamContract, EveryOutputHasTheSameFieldsAndNumbers) {
         {"convert --to csv", expect_same_table(csv, CsvTable(tricoil("convert" + of_take + " --to csv").out), stage, false)},
         {"replay --out", expect_same_table(csv, CsvTable(tricoil("replay" + of_take + " --out -").out), stage, true)},
         {"serve --json-lines", expect_same_lines(csv, tricoil("serve" + of_take + " --json-lines -").out, stage)},
+        {"run columns: --out", expect_same_table(csv, CsvTable(tricoil("run --out - " + of_columns).out), stage, false)},
+        {"serve columns:", expect_same_lines(csv, tricoil("serve --json-lines - " + of_columns).out, stage)},
     };
     EXPECT_GT(csv.rows(), 300U);
     for (const Cell& cell : cells) {

@@ -20,7 +20,7 @@
 #include <map>
 #include <thread>
 
-#include "board/host/serve/tcp_listener.hpp"
+#include "board/support/tcp_listener.hpp"
 #include "drivers/posix/raw_terminal.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/serve/serving.hpp"

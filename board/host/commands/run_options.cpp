@@ -56,7 +56,10 @@ void add_fault_options(CLI::App* sub, RunOptions& o) {
 void add_device_options(CLI::App* sub, RunCommand& command) {
     sub->option_defaults()->group(kDevice);
     command.device_option =
-        sub->add_option("--device", command.device, "sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH")
+        sub->add_option(
+               "--device", command.device,
+               "sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH; text of other hardware: columns:WHERE or "
+               "couplings:WHERE (-, tcp:PORT, udp:PORT or a file)")
             ->type_name(kDeviceType)
             ->capture_default_str();
     file_name(sub->add_option("--config", command.config, "Board configuration (TOML); --device overrides it"));
@@ -131,7 +134,9 @@ void set_run_examples(CLI::App* sub) {
                        {"metal from 2 s to 6 s; poses and true poses as CSV",
                         "tricoil run --fault metal:0.6,0.3,0,0.08@2-6 --out poses.csv"},
                        {"a recording, for tricoil replay, convert and plot", "tricoil run --tracker scaat --record take1"},
-                       {"a front end or a tracker board on CAN FD", "tricoil run --device can:can0 --out poses.csv"}});
+                       {"a front end or a tracker board on CAN FD", "tricoil run --device can:can0 --out poses.csv"},
+                       {"couplings of other hardware, with their noise",
+                        "tricoil run --device couplings:frames.csv,rate_hz=100,sigma=1e-6 --out poses.csv"}});
 }
 
 }  // namespace

@@ -289,6 +289,7 @@ int serve_device(const RunCommand& run, const LoopParams& loop, tracking::Tracke
     auto options = device_options(run);
     options.tap = &tap;
     options.loop = loop;
+    options.loop.realtime = true;  // a file of couplings
     return linux_board::run_device(options);
 }
 

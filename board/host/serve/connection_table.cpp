@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "board/host/serve/tcp_listener.hpp"
+#include "board/support/tcp_listener.hpp"
 
 namespace tricoil::host {
 namespace {

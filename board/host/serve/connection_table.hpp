@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "board/host/serve/limited_notice.hpp"
+#include "board/support/limited_notice.hpp"
 
 namespace tricoil::host {
 

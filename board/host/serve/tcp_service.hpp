@@ -11,7 +11,7 @@
 #include "board/host/serve/http_opening.hpp"
 #include "board/host/serve/service.hpp"
 #include "board/host/serve/stream.hpp"
-#include "board/host/serve/tcp_listener.hpp"
+#include "board/support/tcp_listener.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {

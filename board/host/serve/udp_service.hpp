@@ -6,7 +6,7 @@
 #include <string>
 
 #include "board/host/serve/service.hpp"
-#include "board/host/serve/tcp_listener.hpp"
+#include "board/support/tcp_listener.hpp"
 #include "drivers/posix/file_descriptor.hpp"
 
 namespace tricoil::host {

@@ -134,9 +134,10 @@ class Source:
 def open(name: str | os.PathLike, tracker: str | None = None) -> Source:  # noqa: A001: named like its use, tricoil.open()
     """Opens a source of poses and returns a Source.
 
-    name: can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, a .toml configuration file of `tricoil run --config`, recording:FOLDER, or
-    sim:SCENARIO[,KEY=VALUE...] with the keys mux, rate_hz, duration_s, seed, noise, stations (1 to 4 sensors) and realtime (yes or no; default no: as fast as poses
-    are asked for). tracker: direct, previous, scaat or scaat,predict_s=SECONDS (poses ahead of the newest column);
+    name: can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, columns:WHERE or couplings:WHERE (text of other hardware), a .toml
+    configuration file of `tricoil run --config`, recording:FOLDER, or sim:SCENARIO[,KEY=VALUE...] with the keys mux, rate_hz,
+    duration_s, seed, noise, stations (1 to 4 sensors) and realtime (yes or no; default no: as fast as poses are asked for).
+    tracker: direct, previous, scaat or scaat,predict_s=SECONDS (poses ahead of the newest column);
     None: that of the configuration or recording, otherwise direct.
 
     A device need not be connected yet: iteration waits for it; Source.status gives its state. Raises ValueError for a wrong name

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "board/host/serve/service.hpp"
-#include "board/host/serve/tcp_listener.hpp"
+#include "board/support/tcp_listener.hpp"
 #include "board/pose_text/pose_fields.hpp"
 
 namespace tricoil::host::json_lines {

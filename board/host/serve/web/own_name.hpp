@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "board/host/serve/tcp_listener.hpp"
+#include "board/support/tcp_listener.hpp"
 
 namespace tricoil::host::web {
 

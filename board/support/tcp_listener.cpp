@@ -1,4 +1,4 @@
-#include "board/host/serve/tcp_listener.hpp"
+#include "board/support/tcp_listener.hpp"
 
 #include <fmt/format.h>
 #include <netdb.h>

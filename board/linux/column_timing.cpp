@@ -1,0 +1,25 @@
+#include "board/linux/column_timing.hpp"
+
+#include "board/support/tracker_choice.hpp"
+
+namespace tricoil::linux_board {
+
+void set_timing(signal::Multiplexing multiplexing, double frame_rate_hz, tracking::TrackerTap<double>::Settings& settings) {
+    tracking::CommonParams<double>& common = settings.tracker.common;
+    const bool is_tdm = multiplexing == signal::Multiplexing::tdm;
+    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, frame_rate_hz));
+    if (plan.ok()) {
+        tracking::set_plan(common, *plan);
+    } else {
+        common.max_column_span = microseconds_from_seconds(is_tdm ? 0.8 / frame_rate_hz : 0);
+        if (settings.calibration) {
+            settings.calibration->quadrature_floor = 1;
+        }
+    }
+    if (auto* bands = std::get_if<tracking::DualBandParams>(&settings.tracker.method)) {
+        *bands = tracking::dual_band_params(1 / frame_rate_hz);
+    }
+    host::set_deskew(settings.tracker.method, is_tdm);
+}
+
+}  // namespace tricoil::linux_board

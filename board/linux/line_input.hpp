@@ -1,0 +1,48 @@
+// Lines of text from a file, standard input, a TCP client or UDP datagrams.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "board/support/tcp_listener.hpp"
+#include "core/base/time.hpp"
+#include "drivers/posix/file_descriptor.hpp"
+
+namespace tricoil::linux_board {
+
+class LineInput {
+public:
+    /// Longer lines are cut.
+    static constexpr std::size_t kLongestLine = std::size_t{1} << 16U;
+
+    /// where: "-", "tcp:[ADDRESS:]PORT", "udp:[ADDRESS:]PORT" or a file; addresses are of this machine, loopback by default.
+    /// option: begin of messages. Throws InputError for a wrong name, DeviceError for a port in use.
+    LineInput(const std::string& option, const std::string& where);
+
+    /// The next line, without its line end. Nullopt if none came in `patience`, or at the end.
+    std::optional<std::string> next(Microseconds patience);
+
+    /// Number of the last line, from 1.
+    [[nodiscard]] std::size_t line() const { return line_; }
+    /// True if a file or standard input has no more lines. The others have no end: another client may come.
+    [[nodiscard]] bool has_ended() const { return has_ended_ && text_.empty(); }
+    /// True unless it is a file.
+    [[nodiscard]] bool is_live() const { return is_live_; }
+
+private:
+    [[nodiscard]] bool waits(int descriptor, Microseconds patience) const;
+    void read(Microseconds patience);
+    std::optional<std::string> take_line();
+
+    std::unique_ptr<host::TcpListener> listener_;  // of tcp:
+    drivers::FileDescriptor input_;                // not open: tcp: without a client
+    bool is_live_ = true;
+    bool is_udp_ = false;
+    bool has_ended_ = false;
+    std::string text_;  // received, not yet taken
+    std::size_t line_ = 0;
+};
+
+}  // namespace tricoil::linux_board

@@ -1,0 +1,219 @@
+// Columns and couplings of other hardware as lines of text: files, standard input, TCP, UDP, the C++ interface; wrong lines.
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <sstream>
+#include <thread>
+
+#include "board/linux/line_input.hpp"
+#include "board/pose_source/open_source.hpp"
+#include "board/support/errors.hpp"
+#include "tests/cli/cli_runner.hpp"
+#include "tests/support/csv_table.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Couplings of a moving sensor, one row for each of 240 frames a second; the poses of the run are beside it.
+const std::string& couplings() {
+    static const std::string path = [] {
+        const std::string file = path_in_temp("text_couplings.csv");
+        EXPECT_EQ(tricoil("run --duration 2 --couplings " + file + " --out " + file + ".poses").exit_code, 0);
+        return file;
+    }();
+    return path;
+}
+
+/// The file has ten digits.
+TEST(TextSource, CouplingsGiveThePosesOfTheRunThatWroteThem) {
+    const CsvTable expected(read_file(couplings() + ".poses"));
+    const auto run = tricoil("run --device couplings:" + couplings() + ",rate_hz=240,sigma=2e-6 --out -");
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const CsvTable poses(run.out);
+    ASSERT_EQ(poses.rows(), expected.rows());
+    for (std::size_t row = 0; row < poses.rows(); ++row) {
+        for (const char* axis : {"x_m", "y_m", "z_m"}) {
+            ASSERT_NEAR(poses.number(row, axis), expected.number(row, axis), 1e-8) << row;
+        }
+        ASSERT_EQ(poses.number(row, "valid"), expected.number(row, "valid")) << row;
+    }
+}
+
+/// The same rows as JSON, with lists, with other names around them, and in CSV with comments and other line ends.
+TEST(TextSource, FormsOfALineAreEqual) {
+    const CsvTable table(read_file(couplings()));
+    std::string lists;
+    std::string csv = "# a session\r\nnote,time_s,x33,x32,x31,x23,x22,x21,x13,x12,x11,sigma\r\n\r\n";
+    for (std::size_t row = 0; row < 20; ++row) {
+        nlohmann::json line{{"time_us", 10'000 * row}, {"sigma", 2e-6}, {"operator", "A"}, {"x", nlohmann::json::array()}};
+        std::string fields = "7," + std::to_string(0.01 * static_cast<double>(row));
+        for (int i = 1; i <= 3; ++i) {
+            line["x"].push_back(nlohmann::json::array());
+            for (int j = 1; j <= 3; ++j) {
+                line["x"].back().push_back(table.number(row, "x" + std::to_string(i) + std::to_string(j)));
+                fields += "," + std::string(table.text(row, "x" + std::to_string(4 - i) + std::to_string(4 - j)));
+            }
+        }
+        lists += line.dump() + "\n";
+        csv += fields + ",2e-6\r\n";
+    }
+    const auto poses = [](const std::string& content) {
+        const auto run = tricoil("run --out - --device couplings:" + write_file("text_form", content) + ",rate_hz=100");
+        EXPECT_EQ(run.exit_code, 0) << run.err;
+        return run.out;
+    };
+    const std::string expected = poses(lists);
+    EXPECT_EQ(CsvTable(expected).rows(), 20U);
+    EXPECT_EQ(poses(csv), expected);
+}
+
+/// A free port, as another program would be told.
+int free_port(int type) {
+    const int probe = ::socket(AF_INET, type, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    EXPECT_EQ(::bind(probe, reinterpret_cast<sockaddr*>(&address), size), 0);          // NOLINT: socket interface
+    EXPECT_EQ(::getsockname(probe, reinterpret_cast<sockaddr*>(&address), &size), 0);  // NOLINT: socket interface
+    ::close(probe);
+    return ntohs(address.sin_port);
+}
+
+/// Sends each text in one piece.
+void send_to(int type, int port, const std::vector<std::string>& texts) {
+    const int client = ::socket(AF_INET, type, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ASSERT_EQ(::connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket interface
+    for (const std::string& text : texts) {
+        EXPECT_EQ(::send(client, text.data(), text.size(), 0), static_cast<ssize_t>(text.size()));
+    }
+    ::close(client);
+}
+
+std::vector<std::string> lines_of(linux_board::LineInput& input, std::size_t count) {
+    std::vector<std::string> lines;
+    for (int n = 0; n < 1000 && lines.size() < count; ++n) {
+        if (const auto line = input.next(Microseconds{5'000})) {
+            lines.push_back(*line);
+        }
+    }
+    return lines;
+}
+
+TEST(LineInput, LinesOfTcpClientsComeOneClientAfterTheOther) {
+    const int port = free_port(SOCK_STREAM);
+    linux_board::LineInput input("columns:", "tcp:" + std::to_string(port));
+    send_to(SOCK_STREAM, port, {"on", "e\ntwo\r\nthr", "ee"});
+    EXPECT_THAT(lines_of(input, 3), ::testing::ElementsAre("one", "two", "three"));
+    send_to(SOCK_STREAM, port, {"four\n"});
+    EXPECT_THAT(lines_of(input, 1), ::testing::ElementsAre("four"));
+    EXPECT_FALSE(input.has_ended());
+}
+
+TEST(LineInput, DatagramsAreLines) {
+    const int port = free_port(SOCK_DGRAM);
+    linux_board::LineInput input("columns:", "udp:" + std::to_string(port));
+    send_to(SOCK_DGRAM, port, {"one", "two\n", "three\nfour"});
+    EXPECT_THAT(lines_of(input, 4), ::testing::ElementsAre("one", "two", "three", "four"));
+}
+
+TEST(LineInput, AnEndlessLineIsCut) {
+    const int port = free_port(SOCK_STREAM);
+    linux_board::LineInput input("columns:", "tcp:" + std::to_string(port));
+    std::thread client([&] { send_to(SOCK_STREAM, port, std::vector<std::string>(50, std::string(10'000, 'x'))); });
+    const auto lines = lines_of(input, 7);
+    client.join();
+    ASSERT_EQ(lines.size(), 7U);
+    EXPECT_EQ(lines.front().size(), linux_board::LineInput::kLongestLine);
+}
+
+std::string column_line(int state, int time_us) {
+    return nlohmann::json{{"time_us", time_us}, {"state", state}, {"in_phase", {0.1 * state, 0.02, 0.03}}, {"sigma", 1e-5}}
+        .dump();
+}
+
+TEST(TextSource, WrongLinesOfAStreamAreCountedAndTheRunGoesOn) {
+    std::string lines;
+    for (int n = 0; n < 30; ++n) {
+        lines += column_line(1 + n % 3, 1389 * n) + "\n";
+    }
+    lines +=
+        "{\"time_us\": 5\nnonsense\n{\"time_us\":1}\n[1]\n{\"time_us\":1e300,\"state\":1,\"in_phase\":[1,1,1],\"sigma\":1}\n" +
+        std::string("{\"time_us\":50000,\"state\":7,\"in_phase\":[1,1,1],\"sigma\":1}\n") +
+        "{\"time_us\":50000,\"state\":1,\"in_phase\":[1,1,1],\"sigma\":0}\n{\"time_us\":50000,\"state\":1,\"sensor\":3,\"sigma\":"
+        "1}\n";
+    const std::string file = write_file("text_stream", lines);
+    const auto piped = run_program("bash -c 'cat " + file + " | " TRICOIL_PROGRAM " run --json --device columns:-'", "");
+    std::istringstream stream(piped.out);
+    std::string last;
+    for (std::string line; std::getline(stream, line);) {
+        last = line;
+    }
+    const auto summary = nlohmann::json::parse(last);
+    EXPECT_EQ(summary["columns"], 30) << piped.err;
+    EXPECT_EQ(summary["lines_refused"], 7) << piped.err;
+    EXPECT_THAT(piped.err, HasSubstr("tricoil: columns:-: line 36: no couplings: needs state (1 to 3)"));
+}
+
+TEST(TextSource, AWrongLineOfAFileIsNamed) {
+    const std::string names = "time_us,state,in_phase_1,in_phase_2,in_phase_3,sigma\n";
+    for (const auto& [content, reason] : std::vector<std::pair<std::string, std::string>>{
+             {names + "0,1,0.1,0.2,0.3\n", ":2: has 5 fields instead of 6"},
+             {names + "0,1,0.1,abc,0.3,1e-6\n", ":2: in_phase_2, 'abc', is not a number"},
+             {names + "0,1,0.1,nan,0.3,1e-6\n", ":2: couplings and sigma must be finite"},
+             {names + "0,4,0.1,0.2,0.3,1e-6\n", ":2: no couplings: needs state (1 to 3)"},
+             {names + "0,1,0.1,,0.3,1e-6\n", ":2: no couplings"},
+             {"state,in_phase_1,in_phase_2,in_phase_3,sigma\n1,1,1,1,1\n", ":2: no time"},
+             {"time_us,state,in_phase_1,in_phase_2,in_phase_3\n0,1,1,1,1\n", ":2: no sigma: add ,sigma=S"},
+             {names + "0,1,0.1,0.2,0.3,1e-6\n{\"time_us\"", ":3: is not a JSON object"}}) {
+        const auto result = tricoil("run --device columns:" + write_file("text_wrong", content));
+        EXPECT_EQ(result.exit_code, 2) << content;
+        EXPECT_THAT(result.err, HasSubstr(reason)) << content;
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    }
+}
+
+TEST(TextSource, WrongNamesAreRefused) {
+    for (const auto& [device, reason] :
+         std::vector<std::pair<std::string, std::string>>{{"columns:", "needs -, tcp:PORT, udp:PORT or a file"},
+                                                          {"columns:-,sgma=1", "did you mean 'sigma'"},
+                                                          {"columns:-,sigma", "'sigma' is not KEY=VALUE"},
+                                                          {"columns:-,sigma=-1", "must be a positive number"},
+                                                          {"columns:-,rate_hz=nan", "must be a positive number"},
+                                                          {"columns:-,mux=dual-band", "choices: tdm, fdm"},
+                                                          {"columns:-,sensors=5", "must be 1 to 4"},
+                                                          {"columns:tcp:99999", "needs a port number"},
+                                                          {"columns:udp:none.invalid:5000", "this machine has no address"},
+                                                          {"couplings:/nonexistent/x.csv", "cannot read it"},
+                                                          {"couplings:/", "is a folder"},
+                                                          {"columns:- --tracker dual-band", "columns of one band"}}) {
+        const auto result = tricoil("run --device " + device);
+        EXPECT_EQ(result.exit_code, 2) << device;
+        EXPECT_THAT(result.err, HasSubstr(reason)) << device;
+    }
+}
+
+TEST(TextSource, UsersProgramsOpenItByName) {
+    const auto source = host::open_source("couplings:" + couplings() + ",rate_hz=240,sigma=2e-6", "scaat");
+    tracking::PoseEstimate<double> pose;
+    int poses = 0;
+    auto event = host::PoseSource::Event::none;
+    while ((event = source->poll(Microseconds{10'000}, pose)) != host::PoseSource::Event::end) {
+        poses += event == host::PoseSource::Event::pose ? 1 : 0;
+    }
+    EXPECT_EQ(static_cast<std::size_t>(poses), CsvTable(read_file(couplings())).rows());
+    EXPECT_EQ(source->status(), "the lines have ended");
+    EXPECT_THROW(host::open_source("couplings:/nonexistent", ""), host::InputError);
+}
+
+}  // namespace
+}  // namespace tricoil::test
