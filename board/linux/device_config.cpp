@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "board/linux/device_uri.hpp"
+#include "board/linux/text_source.hpp"
 #include "board/support/checked_table.hpp"
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
@@ -107,7 +108,11 @@ DeviceConfig parse_device_config(const std::string& name, std::string_view text)
     config.device = root.text("device", "");
     if (!config.device.empty()) {
         try {
-            parse_device_uri(config.device);
+            if (is_text_source(config.device)) {
+                parse_text_name(config.device);
+            } else {
+                parse_device_uri(config.device);
+            }
         } catch (const host::InputError& error) {
             root.require(false, "device", error.what());
         }

@@ -11,11 +11,13 @@
 #include "board/linux/line_pump.hpp"
 #include "board/linux/realtime.hpp"
 #include "board/linux/text_source.hpp"
+#include "board/pose_text/flag_names.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/pose_text/pose_utc.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/progress.hpp"
@@ -83,14 +85,17 @@ nlohmann::ordered_json summary(const DeviceConfig& config, const TextCounters& c
             {"columns", counters.columns},
             {"poses", counters.poses},
             {"poses_valid", counters.valid_poses},
+            {"hemispheres_restored", counters.hemispheres_restored},
+            {"flags_seen", host::to_text(counters.flags)},
             {"health", host::health_json(health)}};
 }
 
 std::string text_of(const host::Json& s) {
     if (s.contains("lines")) {
-        return host::fill(s,
-                          "{device}: {poses} poses, {poses_valid} valid\n"
-                          "  lines    {lines} read, {lines_refused} refused; {columns} columns\n") +
+        return host::fill(
+                   s,
+                   "{device}: {poses} poses, {poses_valid} valid\n"
+                   "  lines    {lines} read, {lines_refused} refused; {columns} columns; flags of the poses: {flags_seen}\n") +
                "  health   " + host::health_line(s["health"]) + "\n";
     }
     return host::fill(s,
@@ -202,16 +207,15 @@ public:
         steady_ = now;
     }
 
-    /// Returns the reason to give up; empty: none. Throws DeviceError if the device has never started.
-    std::string check(const DeviceSession& session, const FaultReporter& reporter, HostTime now) {
+    /// Returns the reason to give up; empty: none. Throws DeviceError if the source has never started. reason: of that, for the
+    /// user; empty: printed already.
+    std::string check(bool has_started, bool is_steady, const std::string& reason, HostTime now) {
         const std::string& device = options_.config.device;
-        if (options_.wait_s > 0 && session.counters().starts == 0 && to_seconds(now - *begin_) > options_.wait_s) {
-            const char* const reason = session.detail();
+        if (options_.wait_s > 0 && !has_started && to_seconds(now - *begin_) > options_.wait_s) {
             throw host::DeviceError(fmt::format(
-                "{}: {}", device,
-                reporter.has_printed(reason) ? fmt::format("not ready in {:g} s; giving up", options_.wait_s) : reason));
+                "{}: {}", device, reason.empty() ? fmt::format("not ready in {:g} s; giving up", options_.wait_s) : reason));
         }
-        steady_ = session.is_steady() ? now : steady_;
+        steady_ = is_steady ? now : steady_;
         const bool gives_up = options_.give_up_after_s > 0 && to_seconds(now - steady_) > options_.give_up_after_s;
         return gives_up ? fmt::format("{}: the device has not worked for {:g} s; giving up", device, options_.give_up_after_s)
                         : "";
@@ -235,7 +239,7 @@ private:
     host::LoopParams loop_params();
     void begin();
     bool is_paused();
-    bool after_step(host::Source& source);
+    void after_step(host::Source& source);
     int finish(const host::LinkHealth& health);
     [[nodiscard]] bool is_any(bool (LinePump::*state)() const);
 
@@ -275,7 +279,8 @@ DeviceRun::DeviceRun(const DeviceRunOptions& options)
     open_lines(options, writer_);
     writer_.start(stages_.units());
     if (!options.record.empty()) {
-        taps_.add(recorder_.emplace(options.record, describe_source(options.config), host::Journal::WhenFull::end));
+        taps_.add(recorder_.emplace(options.record, describe_source(options.config),
+                                    source_->is_lossy() ? host::Journal::WhenFull::end : host::Journal::WhenFull::wait));
     }
     if (writer_.any()) {
         taps_.add(stages_);
@@ -283,6 +288,7 @@ DeviceRun::DeviceRun(const DeviceRunOptions& options)
 }
 
 int DeviceRun::run() {
+    const host::InterruptGuard guard;  // until all files are complete
     host::StreamLoop loop(*source_, loop_params());
     loop.run();
     return finish(loop.health());
@@ -294,7 +300,9 @@ host::LoopParams DeviceRun::loop_params() {
     params.health = options_.config.health;
     params.ready = [this] { begin(); };
     params.is_paused = [this] { return is_paused(); };
-    params.each_step = [this](host::Source& source) { return after_step(source); };
+    params.is_over = [this] { return !error_.empty() || is_any(&LinePump::has_failed); };
+    params.must_wait = [this] { return !source_->is_lossy() && is_any(&LinePump::is_behind); };
+    params.each_step = [this](host::Source& source) { after_step(source); };
     params.add_outputs = [this](host::HealthCounts& counts) {
         writer_.each([&](const LinePump& pump) {
             counts.queued_bytes += pump.depth().queued_bytes;
@@ -321,31 +329,33 @@ void DeviceRun::begin() {
     limits_.restart(drivers::host_now());
 }
 
-/// A source of text in a file waits for its outputs, so that no line is dropped.
 bool DeviceRun::is_paused() {
-    const bool waits = !source_->is_live() && is_any(&LinePump::is_behind) && !is_any(&LinePump::has_failed);
-    const bool is_paused = waits || (options_.loop.is_paused && options_.loop.is_paused());
+    const bool is_paused = options_.loop.is_paused && options_.loop.is_paused();
     if (is_paused) {
         limits_.restart(drivers::host_now());
     }
     return is_paused;
 }
 
-bool DeviceRun::after_step(host::Source& source) {
-    if (options_.loop.each_step && !options_.loop.each_step(source)) {
-        return false;
+void DeviceRun::after_step(host::Source& source) {
+    if (options_.loop.each_step) {
+        options_.loop.each_step(source);
     }
     if (options_.duration_s > 0) {
         progress_.show(to_seconds(source.elapsed()) / options_.duration_s);
     }
+    const HostTime now = drivers::host_now();
     if (device_ != nullptr) {
-        const HostTime now = drivers::host_now();
         const DeviceSession& session = device_->loop().session();
         reporter_.check(session, device_->port(), now);
         reporter_.check(device_->user_flags(), now);
-        error_ = limits_.check(session, reporter_, now);
+        const char* const detail = session.detail();
+        error_ =
+            limits_.check(session.counters().starts > 0, session.is_steady(), reporter_.has_printed(detail) ? "" : detail, now);
+    } else {
+        reporter_.check(text_->user_flags(), now);
+        error_ = limits_.check(text_->counters().columns > 0 || !text_->is_live(), text_->is_steady(), "", now);
     }
-    return error_.empty() && !is_any(&LinePump::has_failed);
 }
 
 bool DeviceRun::is_any(bool (LinePump::*state)() const) {
@@ -377,6 +387,10 @@ int DeviceRun::finish(const host::LinkHealth& health) {
     }
     if (!error_.empty()) {
         throw host::DeviceError(error_);
+    }
+    if (closing["poses"] == 0 && closing["columns"] > 2 * kSourceCoils) {
+        host::print_notice("tricoil: {}: {} columns gave no pose: do their times, state, mux and rate_hz agree?\n",
+                           options_.config.device, closing["columns"].get<std::uint64_t>());
     }
     return to_int(has_valid ? host::ExitCode::fine : host::ExitCode::check_failed);
 }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "board/support/limited_notice.hpp"
 #include "board/support/tcp_listener.hpp"
 #include "core/base/time.hpp"
 #include "drivers/posix/file_descriptor.hpp"
@@ -18,31 +19,40 @@ public:
     static constexpr std::size_t kLongestLine = std::size_t{1} << 16U;
 
     /// where: "-", "tcp:[ADDRESS:]PORT", "udp:[ADDRESS:]PORT" or a file; addresses are of this machine, loopback by default.
-    /// option: begin of messages. Throws InputError for a wrong name, DeviceError for a port in use.
-    LineInput(const std::string& option, const std::string& where);
+    /// name: begin of messages. Throws InputError for a wrong name, DeviceError for a port in use.
+    LineInput(const std::string& name, const std::string& where);
 
     /// The next line, without its line end. Nullopt if none came in `patience`, or at the end.
     std::optional<std::string> next(Microseconds patience);
 
-    /// Number of the last line, from 1.
+    /// Number of the last line of this sender, from 1.
     [[nodiscard]] std::size_t line() const { return line_; }
-    /// True if a file or standard input has no more lines. The others have no end: another client may come.
+    /// Counts senders: TCP clients one after the other.
+    [[nodiscard]] int sender() const { return sender_; }
+    /// True if a file or pipe has no more lines. Ports have no end: another client may come.
     [[nodiscard]] bool has_ended() const { return has_ended_ && text_.empty(); }
-    /// True unless it is a file.
+    /// False for a regular file: its lines wait.
     [[nodiscard]] bool is_live() const { return is_live_; }
+    /// True if lines are lost that nobody reads: datagrams.
+    [[nodiscard]] bool is_lossy() const { return is_udp_; }
 
 private:
-    [[nodiscard]] bool waits(int descriptor, Microseconds patience) const;
+    void accept_client(Microseconds patience);
     void read(Microseconds patience);
+    void end_of_sender(bool is_clean);
     std::optional<std::string> take_line();
 
+    host::LimitedNotice notice_;
     std::unique_ptr<host::TcpListener> listener_;  // of tcp:
     drivers::FileDescriptor input_;                // not open: tcp: without a client
+    std::string client_;                           // of tcp:
+    HostTime heard_;                               // from the client
     bool is_live_ = true;
     bool is_udp_ = false;
     bool has_ended_ = false;
     std::string text_;  // received, not yet taken
     std::size_t line_ = 0;
+    int sender_ = 0;
 };
 
 }  // namespace tricoil::linux_board

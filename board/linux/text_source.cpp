@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "board/linux/column_timing.hpp"
 #include "board/support/errors.hpp"
@@ -15,8 +16,11 @@ namespace tricoil::linux_board {
 namespace {
 
 constexpr Microseconds kSilence{150'000};  // longest time without a column before poses are flagged stale
+constexpr Microseconds kNoticeAfter{1'000'000};
 constexpr Microseconds kLongestGap{1'000'000};
-constexpr int kMostLines = 256;  // per step, so that a flood does not delay signals
+constexpr int kMostLines = 256;           // per step, so that a flood does not delay signals
+constexpr std::size_t kFirstFrames = 16;  // enough to see the timing of four sensors
+constexpr double kUsualRate_hz = 240;
 
 double positive(const std::string& device, const std::string& key, const std::string& text) {
     const auto value = host::number_from<double>(text);
@@ -45,37 +49,24 @@ void set_key(TextName& name, const std::string& device, const std::string& key, 
     }
 }
 
-/// Numbers of a JSON value by name: of the value, or with indices from 1 of a list, or of a list of lists.
-template <typename Row>
-void put_numbers(const std::string& name, const nlohmann::json& value, Row& row) {
-    if (value.is_number()) {
-        row[name] = value.template get<double>();
-    } else if (value.is_array() && value.size() == 3) {
-        const bool is_matrix = value[0].is_array();
-        for (std::size_t n = 0; n < 3; ++n) {
-            put_numbers(name + (is_matrix || name.size() == 2 ? "" : "_") + std::to_string(n + 1), value[n], row);
+/// What a text source cannot have.
+void refuse_device_options(const DeviceConfig& config) {
+    const auto refuse = [&](bool is_given, const char* what) {
+        if (is_given) {
+            throw host::InputError(fmt::format("{}: {}: only with a device on a link", config.device, what));
         }
-    }
+    };
+    refuse(config.coils.has_value(), "[coils]");
+    refuse(config.serial != 0, "serial");
+    refuse(config.publish, "publish");
+    refuse(config.priority > 0, "priority");
 }
 
-/// The numbers prefix + suffix, e.g. x11; nullopt if one is missing.
-template <typename Row>
-std::optional<Vec3<double>> vector_of(const Row& row, const std::string& prefix, const std::string& suffix = "") {
-    Vec3<double> v;
-    for (int n = 0; n < 3; ++n) {
-        const auto found = row.find(prefix + std::to_string(n + 1) + suffix);
-        if (found == row.end()) {
-            return std::nullopt;
-        }
-        v(n) = found->second;
-    }
-    return v;
-}
-
-template <typename Row>
-std::optional<double> number_of(const Row& row, std::string_view name) {
-    const auto found = row.find(name);
-    return found == row.end() ? std::nullopt : std::optional(found->second);
+/// Exact rates are whole numbers; stamps in microseconds are rounded.
+double rate_of(double period_us) {
+    const double rate_hz = 1e6 / period_us;
+    const double whole = std::round(rate_hz);
+    return whole >= 1 && std::abs(rate_hz - whole) < 2e-3 * whole ? whole : rate_hz;
 }
 
 }  // namespace
@@ -85,7 +76,6 @@ TextName parse_text_name(const std::string& device) {
     const std::size_t colon = device.find(':');
     const std::string rest = device.substr(colon + 1);
     const std::size_t comma = rest.find(',');
-    name.multiplexing = device.starts_with("couplings") ? signal::Multiplexing::fdm : signal::Multiplexing::tdm;
     name.where = rest.substr(0, comma);
     if (name.where.empty()) {
         throw host::InputError(fmt::format("device '{}': needs -, tcp:PORT, udp:PORT or a file", device));
@@ -108,17 +98,121 @@ TextSource::TextSource(const DeviceConfig& config, const std::optional<calibrati
     : device_(config.device),
       name_(parse_text_name(config.device)),
       params_(loop_params(config, calibration)),
-      taps_{&counter_, &tap},
+      taps_{&poses_, &tap},
       trackers_(taps_),
       lines_(device_.substr(0, device_.find(':') + 1) + name_.where, name_.where),
       notice_(device_) {
+    refuse_device_options(config);
     if (params_.session.dual_band) {
         throw host::InputError(device_ + ": columns of one band; use --tracker direct, previous or scaat");
     }
 }
 
-/// Trackers begin with the first line, which tells whether there are quadratures.
-void TextSource::begin(bool has_quadrature) {
+void TextSource::PoseWatch::do_pose(const tracking::PoseEstimate<double>& pose) {
+    ++counters_.poses;
+    counters_.valid_poses += pose.valid() ? 1U : 0U;
+    counters_.flags |= pose.flags;
+    constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
+    newest_ = {};
+    newest_.set_if(pose.flags.has(kHemisphereUnknown), kHemisphereUnknown);
+    sides_[pose.sensor] = restorers_[pose.sensor].side(pose, drivers::host_now());
+}
+
+bool TextSource::advance(Microseconds patience) {
+    const int most = is_lossy() ? kMostLines : 1;
+    auto line = lines_.next(std::min(patience, kLongestStep));
+    for (int n = 0; rests_ && line && is_live() && n < kMostLines; ++n) {
+        line = lines_.next(Microseconds{0});
+    }
+    rests_ = false;
+    for (int n = 0; line && n < most; ++n) {
+        ++counters_.lines;
+        try {
+            take(*line);
+        } catch (const host::InputError& error) {
+            ++counters_.refused_lines;
+            if (!is_live()) {
+                throw host::InputError(fmt::format("{}:{}: {}", name_.where, lines_.line(), error.what()));
+            }
+            notice_.print(fmt::format("line {}: {}", lines_.line(), error.what()));
+        }
+        line = n + 1 < most ? lines_.next(Microseconds{0}) : std::nullopt;
+    }
+    if (lines_.has_ended() && !has_begun_ && !first_frames_.empty()) {
+        begin(timing().value_or(Timing{name_.multiplexing.value_or(signal::Multiplexing::tdm), kUsualRate_hz}));
+    }
+    tick();
+    return !lines_.has_ended();
+}
+
+/// During silence, poses are flagged stale.
+void TextSource::tick() {
+    const Microseconds silence = drivers::host_now() - arrival_;
+    if (!is_live() || !newest_ || silence <= kSilence) {
+        return;
+    }
+    if (silence > kNoticeAfter && !std::exchange(is_silent_, true)) {
+        notice_.print("no column for 1 s");
+    }
+    for (int sensor = 0; sensor < name_.sensors; ++sensor) {
+        trackers_.tick(static_cast<std::uint8_t>(sensor), *newest_ + silence);
+    }
+}
+
+void TextSource::take(std::string_view line) {
+    if (std::exchange(sender_, lines_.sender()) != lines_.sender()) {
+        rows_.restart();
+    }
+    if (const auto frame = rows_.parse(line)) {
+        take_frame(*frame);
+    }
+}
+
+void TextSource::take_frame(const TextFrame& frame) {
+    if (frame.sensor >= name_.sensors) {
+        throw host::InputError(
+            fmt::format("sensor {}: add ,sensors={} to the name of the source", frame.sensor, frame.sensor + 1));
+    }
+    if (!frame.sigma && !name_.sigma) {
+        throw host::InputError("no sigma: add ,sigma=S to the name of the source, the standard deviation of a coupling");
+    }
+    if (!frame.time_us && !(frame.coils > 1 && name_.rate_hz)) {
+        throw host::InputError("no time: needs time_us or time_s, or couplings x11 to x33 with the key ,rate_hz=R");
+    }
+    if (has_begun_) {
+        track(frame);
+        return;
+    }
+    first_frames_.push_back(frame);
+    if (const auto known = timing()) {
+        begin(*known);
+    } else if (first_frames_.size() == kFirstFrames) {
+        first_frames_.clear();
+        throw host::InputError("the times of the columns do not grow: give ,mux= and ,rate_hz=");
+    }
+}
+
+/// From the times of the first frames of one sensor, unless the keys tell.
+std::optional<TextSource::Timing> TextSource::timing() const {
+    const TextFrame& first = first_frames_.front();
+    std::optional<double> period_us;
+    bool is_simultaneous = first.coils > 1;
+    for (const TextFrame& next : first_frames_) {
+        const bool is_of_sensor = next.sensor == first.sensor && next.time_us && first.time_us;
+        const double later_us = is_of_sensor ? *next.time_us - *first.time_us : 0;
+        if (is_of_sensor && next.first_coil == first.first_coil && later_us > 0 && !period_us) {
+            period_us = later_us;
+        }
+        is_simultaneous = is_simultaneous || (is_of_sensor && next.first_coil != first.first_coil && later_us == 0);
+    }
+    if (!period_us && !(name_.rate_hz && (name_.multiplexing || first.coils > 1))) {
+        return std::nullopt;
+    }
+    return Timing{name_.multiplexing.value_or(is_simultaneous ? signal::Multiplexing::fdm : signal::Multiplexing::tdm),
+                  name_.rate_hz ? *name_.rate_hz : rate_of(*period_us)};
+}
+
+void TextSource::begin(const Timing& timing) {
     tracking::TrackerTap<double>::Settings settings;
     settings.sensors = name_.sensors;
     settings.calibration = params_.calibration;
@@ -127,165 +221,72 @@ void TextSource::begin(bool has_quadrature) {
     common.coupling_constant = params_.coupling_constant_m3;
     common.hemisphere = params_.hemisphere;
     common.confined = params_.session.confined;
-    set_timing(name_.multiplexing, name_.rate_hz.value_or(240), settings);
-    if (!has_quadrature) {
+    set_timing(timing.multiplexing, timing.rate_hz, settings);
+    if (!first_frames_.front().has_quadrature) {
         common.quadrature_floor = 1;
         if (settings.calibration) {
             settings.calibration->quadrature_floor = 1;
         }
     }
+    states_ = timing.multiplexing == signal::Multiplexing::tdm ? 1 : kSourceCoils;
     trackers_.begin(settings);
     has_begun_ = true;
-}
-
-bool TextSource::advance(Microseconds patience) {
-    auto line = lines_.next(std::min(patience, kLongestStep));
-    for (int n = 0; line && n < kMostLines; ++n) {
-        ++counters_.lines;
-        try {
-            take(*line);
-        } catch (const host::InputError& error) {
-            ++counters_.refused_lines;
-            if (!is_live()) {
-                throw;
-            }
-            notice_.print(error.what());
-        }
-        line = is_live() && n + 1 < kMostLines ? lines_.next(Microseconds{0}) : std::nullopt;
-    }
-    if (const HostTime now = drivers::host_now(); is_live() && newest_ && now - arrival_ > kSilence) {
-        for (int sensor = 0; sensor < name_.sensors; ++sensor) {
-            trackers_.tick(static_cast<std::uint8_t>(sensor), *newest_ + (now - arrival_));
+    for (std::size_t sensor = 0; sensor < wanted_hemisphere_.size(); ++sensor) {
+        if (wanted_hemisphere_[sensor]) {
+            set_hemisphere(sensor, *wanted_hemisphere_[sensor]);
         }
     }
-    return !lines_.has_ended();
-}
-
-void TextSource::take(std::string_view line) {
-    try {
-        if (const auto row = row_of(line)) {
-            take_row(*row);
-        }
-    } catch (const host::InputError& error) {
-        throw host::InputError(fmt::format("{}{}: {}", is_live() ? "line " : name_.where + ":", lines_.line(), error.what()));
+    for (const TextFrame& frame : std::exchange(first_frames_, {})) {
+        track(frame);
     }
 }
 
-/// Nullopt for a line without numbers: empty, a comment, the names of CSV, or another kind of line of a recording.
-std::optional<TextSource::Row> TextSource::row_of(std::string_view line) {
-    if (line.find_first_not_of(" \t,") == std::string_view::npos || line.front() == '#') {
-        return std::nullopt;
-    }
-    Row row;
-    if (line.front() == '{') {
-        const auto object = nlohmann::json::parse(line, nullptr, false);
-        if (!object.is_object()) {
-            throw host::InputError("is not a JSON object");
-        }
-        for (const auto& [name, value] : object.items()) {
-            put_numbers(name, value, row);
-        }
-        return row;
-    }
-    const auto fields = host::split(line, ',');
-    if (names_.empty()) {
-        names_.assign(fields.begin(), fields.end());
-        return std::nullopt;
-    }
-    if (fields.size() != names_.size()) {
-        throw host::InputError(fmt::format("has {} fields instead of {}", fields.size(), names_.size()));
-    }
-    for (std::size_t n = 0; n < fields.size(); ++n) {
-        if (names_[n] == "kind" && fields[n] != "column") {
-            return std::nullopt;
-        }
-        if (const auto value = host::number_from<double>(fields[n])) {
-            row[names_[n]] = *value;
-        } else if (!fields[n].empty() && names_[n] != "kind") {
-            throw host::InputError(fmt::format("{}, '{}', is not a number", names_[n], fields[n]));
-        }
-    }
-    return row;
-}
-
-void TextSource::take_row(const Row& row) {
+void TextSource::track(const TextFrame& frame) {
+    const double frame_us = 1e6 * frames_[frame.sensor]++ / name_.rate_hz.value_or(kUsualRate_hz);
     MeasuredColumn<double> column;
-    const double sensor = number_of(row, "sensor").value_or(0);
-    if (!(sensor >= 0 && sensor < name_.sensors) || sensor != std::floor(sensor)) {
-        throw host::InputError(fmt::format("sensor {}: must be a number below {}; add ,sensors=N", sensor, name_.sensors));
-    }
-    column.sensor = static_cast<std::uint8_t>(sensor);
-    const auto time_us = number_of(row, "time_us");
-    const auto time_s = number_of(row, "time_s");
-    const bool has_matrix = row.contains("x11");
-    if (!time_us && !time_s && !(has_matrix && name_.rate_hz)) {
-        throw host::InputError("no time: needs time_us or time_s, or couplings x11 to x33 with the key ,rate_hz=R");
-    }
-    const double time = time_us ? *time_us : 1e6 * (time_s ? *time_s : sequence_ / kSourceCoils / *name_.rate_hz);
-    if (!(std::abs(time) < 9e15)) {
-        throw host::InputError(fmt::format("time {} us: out of range", time));
-    }
-    column.midpoint = device_time_us(std::llround(time));
-    const auto one_sigma = number_of(row, "sigma");
-    const auto sigma = vector_of(row, "sigma_");
-    if (!sigma && !one_sigma && !name_.sigma) {
-        throw host::InputError("no sigma: add ,sigma=S to the name of the source, the standard deviation of a coupling");
-    }
-    column.sigma = sigma.value_or(Vec3<double>::Constant(one_sigma ? *one_sigma : name_.sigma.value_or(0)));
-    const auto take_state = [&](int coil, const std::optional<Vec3<double>>& in_phase,
-                                const std::optional<Vec3<double>>& quadrature) {
-        if (!in_phase) {
-            throw host::InputError("no couplings: needs state and in_phase_1 to in_phase_3, or x11 to x33");
-        }
-        if (!has_begun_) {
-            begin(quadrature.has_value());
-        }
-        column.state = single_coil(coil);
-        column.in_phase = *in_phase;
-        column.quadrature = quadrature.value_or(Vec3<double>::Zero());
-        take_column(column);
-    };
-    if (has_matrix) {
-        for (int coil = 0; coil < kSourceCoils; ++coil) {
-            const std::string suffix = std::to_string(coil + 1);
-            take_state(coil, vector_of(row, "x", suffix), vector_of(row, "q", suffix));
-        }
-        return;
-    }
-    const double state = number_of(row, "state").value_or(0);
-    if (state != 1 && state != 2 && state != 3) {
-        throw host::InputError("no couplings: needs state (1 to 3) and in_phase_1 to in_phase_3, or x11 to x33");
-    }
-    take_state(static_cast<int>(state) - 1, vector_of(row, "in_phase_"), vector_of(row, "quadrature_"));
-}
-
-void TextSource::take_column(MeasuredColumn<double>& column) {
-    if (!column.in_phase.allFinite() || !column.quadrature.allFinite() || !column.sigma.allFinite() ||
-        !(column.sigma.minCoeff() > 0)) {
-        throw host::InputError("couplings and sigma must be finite, and sigma positive");
-    }
-    column.sequence = sequence_;
-    column.state_sequence = name_.multiplexing == signal::Multiplexing::tdm ? sequence_ : sequence_ / kSourceCoils;
-    ++sequence_;
-    ++counters_.columns;
+    column.sensor = frame.sensor;
+    column.midpoint = device_time_us(std::llround(frame.time_us.value_or(frame_us)));
+    column.flags = frame.flags;
+    column.sigma = frame.sigma.value_or(Vec3<double>::Constant(name_.sigma.value_or(0)));
     follow_clock(column.midpoint);
-    trackers_.column(column);
+    for (int n = 0; n < frame.coils; ++n) {
+        column.state = single_coil(frame.first_coil + n);
+        column.in_phase = frame.in_phase[static_cast<std::size_t>(n)];
+        column.quadrature = frame.quadrature[static_cast<std::size_t>(n)];
+        column.sequence = columns_;
+        column.state_sequence = columns_ / states_;
+        ++columns_;
+        ++counters_.columns;
+        trackers_.column(column);
+        if (const auto side = poses_.take_side(frame.sensor); side && is_live()) {  // a file has no other clock than its own
+            ++counters_.hemispheres_restored;
+            trackers_.hemisphere(frame.sensor, *side);
+        }
+    }
 }
 
+/// Times of several sensors may go back by a little.
 void TextSource::follow_clock(DeviceTime now) {
     const Microseconds step = now - newest_.value_or(now);
     elapsed_ += step.count() > 0 && step < kLongestGap ? step : Microseconds{};
-    newest_ = now;
+    newest_ = step.count() > 0 || step < -kLongestGap || !newest_ ? now : *newest_;
     arrival_ = drivers::host_now();
+    is_silent_ = false;
 }
 
 bool TextSource::set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
-    if (!has_begun_ || sensor >= static_cast<std::size_t>(name_.sensors)) {
+    if (sensor >= static_cast<std::size_t>(name_.sensors)) {
         return false;
     }
-    trackers_.hemisphere(static_cast<std::uint8_t>(sensor), towards);
+    if (has_begun_) {
+        trackers_.hemisphere(static_cast<std::uint8_t>(sensor), towards);
+    } else {
+        wanted_hemisphere_[sensor] = towards;
+    }
     return true;
 }
+
+bool TextSource::is_steady() const { return newest_ && (!is_live() || drivers::host_now() - arrival_ <= kSilence); }
 
 std::optional<host::LinkState> TextSource::link_state() const {
     const HostTime now = drivers::host_now();
@@ -297,7 +298,7 @@ std::optional<host::LinkState> TextSource::link_state() const {
 }
 
 std::string TextSource::status() const {
-    return lines_.has_ended() ? "the lines have ended" : has_begun_ ? "running" : "waiting for the first line";
+    return lines_.has_ended() ? "the lines have ended" : newest_ ? "running" : "waiting for the first line";
 }
 
 }  // namespace tricoil::linux_board

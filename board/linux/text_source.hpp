@@ -1,27 +1,27 @@
 // Columns or couplings of other hardware, as lines of text.
 #pragma once
 
-#include <map>
+#include <array>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "board/linux/device_setup.hpp"
+#include "board/linux/hemisphere_restorer.hpp"
 #include "board/linux/line_input.hpp"
+#include "board/linux/text_rows.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/stream/source.hpp"
-#include "board/support/limited_notice.hpp"
-#include "core/calibration/calibration.hpp"
+#include "core/signal/acquisition_plan.hpp"
 
 namespace tricoil::linux_board {
 
-/// columns:WHERE or couplings:WHERE, with keys: ",mux=tdm|fdm" (default: tdm for columns, fdm for couplings), ",rate_hz=R"
-/// (frames a second, default 240; with it, couplings need no time), ",sigma=S" (noise of a coupling, for lines without it),
-/// ",sensors=N" (1 to 4). WHERE: see LineInput.
+/// columns:WHERE or couplings:WHERE, with the keys ",mux=tdm|fdm", ",rate_hz=R" (frames a second), both by default from the times
+/// of the first lines; ",sigma=S" (noise of a coupling, for lines without it); ",sensors=N" (1 to 4, default 1). WHERE: see
+/// LineInput.
 struct TextName {
     std::string where;
-    signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
+    std::optional<signal::Multiplexing> multiplexing;
     std::optional<double> rate_hz;
     std::optional<double> sigma;
     int sensors = 1;
@@ -38,15 +38,12 @@ struct TextCounters {
     std::uint64_t columns = 0;
     std::uint64_t poses = 0;
     std::uint64_t valid_poses = 0;
+    std::uint64_t hemispheres_restored = 0;
+    tracking::PoseFlags flags;  // of all poses
 };
 
-/// Each line is an object of JSON, or a row of CSV below a line of names. Names: time_us or time_s; sensor (0 to 3, default 0); a
-/// column of one source coil: state (1 to 3), in_phase_1 to in_phase_3; or all couplings at one time: x11 to x33 (sensor coil,
-/// source coil). Optional: quadrature_1 to quadrature_3 or q11 to q33; sigma_1 to sigma_3, or sigma: standard deviation of a
-/// coupling. In JSON in_phase, quadrature, sigma, x and q may be lists. Other names are ignored. Couplings: in phase with the
-/// current, relative to it.
-///
-/// In a file, a wrong line ends the run with InputError. In a stream it is counted and reported.
+/// Lines: see TextRows. Couplings without time have that of the key rate_hz. In a file, a wrong line ends the run with
+/// InputError. In a stream it is counted and reported.
 class TextSource final : public host::Source {
 public:
     /// calibration: content of the file config.calibration. `tap` must outlive this object. Throws InputError for an invalid
@@ -55,54 +52,73 @@ public:
                tracking::TrackerTap<double>& tap);
 
     bool advance(Microseconds patience) override;
-    void rest() override {}
+    /// Lines that come until the next step are not tracked.
+    void rest() override { rests_ = true; }
     bool set_hemisphere(std::size_t sensor, const Vec3<double>& towards) override;
     [[nodiscard]] bool is_live() const override { return lines_.is_live(); }
+    [[nodiscard]] bool is_lossy() const override { return lines_.is_lossy(); }
     [[nodiscard]] Microseconds elapsed() const override { return elapsed_; }
     [[nodiscard]] std::optional<host::LinkState> link_state() const override;
     [[nodiscard]] std::string status() const override;
 
     [[nodiscard]] const TextCounters& counters() const { return counters_; }
+    /// Flags of the newest pose that the user can clear by an action.
+    [[nodiscard]] tracking::PoseFlags user_flags() const { return poses_.newest(); }
+    /// True if a column came within the last 150 ms.
+    [[nodiscard]] bool is_steady() const;
 
 private:
-    using Row = std::map<std::string, double, std::less<>>;
-
-    /// Counts poses on their way.
-    class PoseCounter final : public tracking::TrackerTap<double> {
+    /// Counts poses on their way, and finds lost hemispheres again.
+    class PoseWatch final : public tracking::TrackerTap<double> {
     public:
-        explicit PoseCounter(TextCounters& counters) : counters_(counters) {}
+        explicit PoseWatch(TextCounters& counters) : counters_(counters) {}
+        [[nodiscard]] tracking::PoseFlags newest() const { return newest_; }
+        /// Hemisphere of the sensor, if its last pose lacked it and it is known.
+        std::optional<Vec3<double>> take_side(std::size_t sensor) { return std::exchange(sides_[sensor], std::nullopt); }
 
     private:
-        void do_pose(const tracking::PoseEstimate<double>& pose) override {
-            ++counters_.poses;
-            counters_.valid_poses += pose.valid() ? 1U : 0U;
-        }
+        void do_pose(const tracking::PoseEstimate<double>& pose) override;
 
         TextCounters& counters_;
+        std::array<HemisphereRestorer, tracking::kMaxSensors> restorers_;
+        std::array<std::optional<Vec3<double>>, tracking::kMaxSensors> sides_;
+        tracking::PoseFlags newest_;
+    };
+    struct Timing {
+        signal::Multiplexing multiplexing;
+        double rate_hz;
     };
 
     void take(std::string_view line);
-    [[nodiscard]] std::optional<Row> row_of(std::string_view line);
-    void take_row(const Row& row);
-    void take_column(MeasuredColumn<double>& column);
-    void begin(bool has_quadrature);
+    void take_frame(const TextFrame& frame);
+    [[nodiscard]] std::optional<Timing> timing() const;
+    void begin(const Timing& timing);
+    void track(const TextFrame& frame);
     void follow_clock(DeviceTime now);
+    void tick();
 
     std::string device_;
     TextName name_;
     DeviceLoopParams params_;
     TextCounters counters_;
-    PoseCounter counter_{counters_};
+    PoseWatch poses_{counters_};
     host::TapFanOut taps_;
     host::TrackerStage trackers_;
     LineInput lines_;
     host::LimitedNotice notice_;
-    std::vector<std::string> names_;  // of CSV
+    TextRows rows_;
+    int sender_ = 0;
+    std::vector<TextFrame> first_frames_;  // until the timing is known
     bool has_begun_ = false;
+    bool rests_ = false;
+    bool is_silent_ = false;
+    std::array<std::optional<Vec3<double>>, tracking::kMaxSensors> wanted_hemisphere_;  // set before the first line
+    std::array<std::uint32_t, tracking::kMaxSensors> frames_{};
+    std::uint32_t columns_ = 0;
+    std::uint32_t states_ = 0;
     std::optional<DeviceTime> newest_;
     HostTime arrival_;  // of the newest column
     Microseconds elapsed_;
-    std::uint32_t sequence_ = 0;
 };
 
 }  // namespace tricoil::linux_board

@@ -23,11 +23,12 @@ void PoseQueue::do_pose(const tracking::PoseEstimate<double>& estimate) {
 PoseSource::PoseSource(const MakeSource& make, bool realtime)
     : source_(make(queue_)), loop_(*source_, LoopParams{.realtime = realtime}) {}
 
-/// While poses are queued, a live source is served without waiting: otherwise a backlog would never become shorter.
+/// While poses are queued, a source whose data would be lost is served without waiting: otherwise a backlog would never become
+/// shorter.
 PoseSource::Event PoseSource::poll(Microseconds patience, tracking::PoseEstimate<double>& pose) {
     const HostTime end = drivers::host_now() + patience;
     Microseconds left = queue_.empty() ? patience : Microseconds{0};
-    while (!ended_ && (queue_.empty() || source_->is_live())) {
+    while (!ended_ && (queue_.empty() || source_->is_lossy())) {
         ended_ = !loop_.step(left);
         left = end - drivers::host_now();
         if (!queue_.empty() || left.count() <= 0) {

@@ -38,7 +38,6 @@ public:
     SimulatedSource(SimulatedBoard& board, Loop& loop) : board_(board), loop_(loop) { expect(loop_.start()); }
     ~SimulatedSource() override { loop_.stop(); }
 
-    [[nodiscard]] const Loop& loop() const { return loop_; }
     /// Demodulation and tracking of one block, mean.
     [[nodiscard]] double update_us() const { return updates_ > 0 ? 1e6 * update_s_ / static_cast<double>(updates_) : 0; }
 

@@ -39,8 +39,10 @@ public:
     /// unknown sensor, or a recording, whose hemisphere is part of it.
     virtual bool set_hemisphere(std::size_t sensor, const Vec3<double>& towards) = 0;
 
-    /// True if data come by themselves, and are lost if no step takes them. Otherwise a step makes or reads them.
+    /// True if data come at their own pace. Otherwise a step makes or reads them.
     [[nodiscard]] virtual bool is_live() const { return false; }
+    /// True if data are lost that no step takes.
+    [[nodiscard]] virtual bool is_lossy() const { return is_live(); }
 
     /// Time of the source's clock since its first data, summed over restarts of the clock.
     [[nodiscard]] virtual Microseconds elapsed() const = 0;

@@ -9,6 +9,7 @@ namespace tricoil::host {
 namespace {
 
 constexpr Microseconds kPause{20'000};
+constexpr Microseconds kOutputPause{2'000};
 
 void sleep_for(Microseconds duration) { std::this_thread::sleep_for(Pacer::Duration(duration.count())); }
 
@@ -26,9 +27,17 @@ void StreamLoop::run() {
 }
 
 bool StreamLoop::step(Microseconds patience) {
-    if (params_.is_paused && params_.is_paused()) {
+    const auto asks = [](const std::function<bool()>& question) { return question && question(); };
+    if (asks(params_.is_over)) {
+        return false;
+    }
+    if (asks(params_.is_paused)) {
         source_.rest();
         sleep_for(std::min(kPause, patience));
+        return true;
+    }
+    if (asks(params_.must_wait)) {
+        sleep_for(std::min(kOutputPause, patience));
         return true;
     }
     if (params_.realtime && !source_.is_live()) {
@@ -37,22 +46,19 @@ bool StreamLoop::step(Microseconds patience) {
             return true;
         }
     }
-    if (params_.duration_s > 0 && to_seconds(source_.elapsed()) >= params_.duration_s) {
-        return false;
-    }
-    if (!source_.advance(patience)) {
+    if ((params_.duration_s > 0 && to_seconds(source_.elapsed()) >= params_.duration_s) || !source_.advance(patience)) {
         return false;
     }
     check_health();
-    return !params_.each_step || params_.each_step(source_);
+    if (params_.each_step) {
+        params_.each_step(source_);
+    }
+    return true;
 }
 
 void run_to_end(Source& source, const std::function<void()>& each_step) {
     LoopParams params;
-    params.each_step = [&](Source&) {
-        each_step();
-        return true;
-    };
+    params.each_step = [&](Source&) { each_step(); };
     StreamLoop loop(source, params);
     const InterruptGuard guard;
     while (loop.step()) {

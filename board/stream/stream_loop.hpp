@@ -15,8 +15,10 @@ struct LoopParams {
     double duration_s = 0;  // of the source's clock; 0: to the end of the source
     HealthLimits health = {};
     std::function<void()> ready = {};                         // called once by run(), before the first step
-    std::function<bool()> is_paused = {};                     // called before each step: true keeps the coils off
-    std::function<bool(Source&)> each_step = {};              // called after each step: false ends the loop
+    std::function<bool()> is_over = {};                       // called in each round: true ends the loop
+    std::function<bool()> is_paused = {};                     // called in each round: true keeps the coils off
+    std::function<bool()> must_wait = {};                     // called in each round: true while outputs cannot take more
+    std::function<void(Source&)> each_step = {};              // called after each step
     std::function<void(HealthCounts&)> add_outputs = {};      // adds the queues of the outputs to the counts of the source
     std::function<void(const LinkHealth&)> each_health = {};  // called several times a second
 };

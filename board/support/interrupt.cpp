@@ -14,6 +14,7 @@ std::atomic<int> interrupt_seen = 0;
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler must not wait");
 
 thread_local BorrowedInterrupt* borrowed = nullptr;  // innermost of this thread
+std::atomic<int> guards = 0;                         // with handlers, or within one that has them
 
 void on_signal(int signal) { interrupt_seen = signal; }
 
@@ -37,6 +38,9 @@ InterruptGuard::InterruptGuard() : borrowed_(borrowed) {
     if (borrowed_ != nullptr) {
         return;
     }
+    if (guards++ > 0) {
+        return;
+    }
     interrupt_seen = 0;
     struct sigaction action {};
     action.sa_handler = on_signal;
@@ -51,7 +55,7 @@ InterruptGuard::InterruptGuard() : borrowed_(borrowed) {
 }
 
 InterruptGuard::~InterruptGuard() {
-    if (borrowed_ != nullptr) {
+    if (borrowed_ != nullptr || --guards > 0) {
         return;
     }
     for (std::size_t n = 0; n < kSignals.size(); ++n) {

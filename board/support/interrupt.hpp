@@ -29,7 +29,7 @@ private:
 };
 
 /// While an object exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT set a flag. The same signal again ends the program at once. SIGHUP
-/// stays ignored if it was ignored before (nohup).
+/// stays ignored if it was ignored before (nohup). A guard within another one sees what that one has seen.
 class InterruptGuard {
 public:
     InterruptGuard();

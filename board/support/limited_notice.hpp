@@ -21,6 +21,8 @@ public:
     /// name: of the output.
     explicit LimitedNotice(std::string name) : name_(std::move(name)) {}
 
+    [[nodiscard]] const std::string& name() const { return name_; }
+
     void print(const std::string& text) {
         const auto now = std::chrono::steady_clock::now();
         if (now - begin_ >= kPeriod) {

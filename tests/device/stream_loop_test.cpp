@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <csignal>
+
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -66,7 +70,7 @@ TEST(StreamLoop, EndsAtTheDurationOfTheSourcesClock) {
 TEST(StreamLoop, EndsWhenAFunctionSaysSo) {
     Steps source;
     LoopParams params;
-    params.each_step = [](Source& stepped) { return stepped.elapsed() < 3 * kStep; };
+    params.is_over = [&] { return source.steps == 3; };
     StreamLoop(source, params).run();
     EXPECT_EQ(source.steps, 3);
     EXPECT_FALSE(source.is_on);
@@ -101,6 +105,32 @@ TEST(StreamLoop, KeepsThePaceOfTheSourcesClock) {
     Steps made;
     EXPECT_GE(run_seconds(made, params), 0.0895);
     EXPECT_EQ(made.steps, kSteps);
+}
+
+TEST(StreamLoop, WaitsForOutputsWithTheCoilsOn) {
+    Steps source;
+    LoopParams params;
+    int rounds = 0;
+    params.must_wait = [&] { return ++rounds % 2 == 0; };
+    params.each_step = [](Source& stepped) { EXPECT_TRUE(static_cast<Steps&>(stepped).is_on); };
+    StreamLoop(source, params).run();
+    EXPECT_EQ(source.steps, kSteps);
+    EXPECT_EQ(rounds, 2 * kSteps + 1);
+}
+
+/// A second signal while files are closed must not end the program: the outer guard still has its handlers.
+TEST(StreamLoop, ASignalEndsTheRunAndStaysSeen) {
+    const InterruptGuard outer;
+    Steps source;
+    LoopParams params;
+    params.each_step = [](Source&) { std::raise(SIGINT); };
+    StreamLoop loop(source, params);
+    loop.run();
+    EXPECT_EQ(source.steps, 1);
+    EXPECT_TRUE(loop.interrupted());
+    EXPECT_TRUE(outer.interrupted());
+    std::raise(SIGTERM);
+    EXPECT_THROW(run_to_end(source, [] {}), Interrupted);
 }
 
 /// A live source has its own pace: waiting for it would lose its data.

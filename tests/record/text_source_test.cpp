@@ -3,12 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <sstream>
 #include <thread>
 
 #include "board/linux/line_input.hpp"
+#include "board/linux/text_rows.hpp"
 #include "board/pose_source/open_source.hpp"
 #include "board/support/errors.hpp"
 #include "tests/cli/cli_runner.hpp"
@@ -160,8 +163,8 @@ TEST(TextSource, WrongLinesOfAStreamAreCountedAndTheRunGoesOn) {
     }
     const auto summary = nlohmann::json::parse(last);
     EXPECT_EQ(summary["columns"], 30) << piped.err;
-    EXPECT_EQ(summary["lines_refused"], 7) << piped.err;
-    EXPECT_THAT(piped.err, HasSubstr("tricoil: columns:-: line 36: no couplings: needs state (1 to 3)"));
+    EXPECT_EQ(summary["lines_refused"], 8) << piped.err;
+    EXPECT_THAT(piped.err, HasSubstr("tricoil: columns:-: line 36: state 7: must be a whole number from 0 to 3"));
 }
 
 TEST(TextSource, AWrongLineOfAFileIsNamed) {
@@ -170,7 +173,9 @@ TEST(TextSource, AWrongLineOfAFileIsNamed) {
              {names + "0,1,0.1,0.2,0.3\n", ":2: has 5 fields instead of 6"},
              {names + "0,1,0.1,abc,0.3,1e-6\n", ":2: in_phase_2, 'abc', is not a number"},
              {names + "0,1,0.1,nan,0.3,1e-6\n", ":2: couplings and sigma must be finite"},
-             {names + "0,4,0.1,0.2,0.3,1e-6\n", ":2: no couplings: needs state (1 to 3)"},
+             {names + "0,4,0.1,0.2,0.3,1e-6\n", ":2: state 4: must be a whole number from 0 to 3"},
+             {"0,1,0.1,0.2,0.3,1e-6\n", ":1: '0,1,0.1,0.2,0.3,1e-6': neither a JSON object nor names"},
+             {names + "0,0,0.1,0.2,0.3,1e-6\n", ":2: no couplings: needs state (1 to 3)"},
              {names + "0,1,0.1,,0.3,1e-6\n", ":2: no couplings"},
              {"state,in_phase_1,in_phase_2,in_phase_3,sigma\n1,1,1,1,1\n", ":2: no time"},
              {"time_us,state,in_phase_1,in_phase_2,in_phase_3\n0,1,1,1,1\n", ":2: no sigma: add ,sigma=S"},
@@ -200,6 +205,163 @@ TEST(TextSource, WrongNamesAreRefused) {
         EXPECT_EQ(result.exit_code, 2) << device;
         EXPECT_THAT(result.err, HasSubstr(reason)) << device;
     }
+}
+
+/// A second client has its columns in another order; a third begins in the middle of its table.
+TEST(TextRows, EachSenderHasItsOwnNames) {
+    linux_board::TextRows rows;
+    EXPECT_FALSE(rows.parse("state,time_us,in_phase_1,in_phase_2,in_phase_3"));
+    EXPECT_EQ(rows.parse("1,0,0.1,0.2,0.3")->in_phase[0].z(), 0.3);
+    EXPECT_FALSE(rows.parse("state,time_us,in_phase_3,in_phase_2,in_phase_1")) << "new names replace the old ones";
+    EXPECT_EQ(rows.parse("1,0,0.1,0.2,0.3")->in_phase[0].z(), 0.1);
+    rows.restart();
+    EXPECT_THROW((void)rows.parse("1,0,0.1,0.2,0.3"), host::InputError);
+}
+
+TEST(TextRows, OtherColumnsMayHaveText) {
+    linux_board::TextRows rows;
+    EXPECT_FALSE(rows.parse("\xEF\xBB\xBFoperator,state,time_us,in_phase_1,in_phase_2,in_phase_3,flags"));
+    const auto frame = rows.parse("anna,2,5,0.1,0.2,0.3,4");
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->first_coil, 1);
+    EXPECT_TRUE(frame->flags.has(ColumnFlag::stuck));
+    EXPECT_THROW((void)rows.parse("anna,2,5,0.1,0.2,0.3,128"), host::InputError) << "a flag that does not exist";
+}
+
+TEST(TextRows, AMatrixIsReadAsAWhole) {
+    linux_board::TextRows rows;
+    EXPECT_THROW((void)rows.parse(R"({"time_us":1,"x11":1,"x21":1,"x31":1,"sigma":1e-6})"), host::InputError);
+    EXPECT_THROW((void)rows.parse(R"({"time_us":1,"x":[[1,2,3],[4,5,6],[7,8,"9"]]})"), host::InputError);
+    const auto frame = rows.parse(R"({"time_us":1,"x":[[1,2,3],[4,5,6],[7,8,9]]})");
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->in_phase[1], Vec3<double>(2, 5, 8)) << "the column of source coil 2";
+}
+
+TEST(TextRows, ADeepListCostsNothing) {
+    linux_board::TextRows rows;
+    EXPECT_THROW((void)rows.parse("{\"x\":" + std::string(30'000, '[') + std::string(30'000, ']') + "}"), host::InputError);
+}
+
+/// Hardware with other rates needs no key: times tell the rate, and whether the columns are simultaneous.
+TEST(TextSource, TheTimingFollowsFromTheTimes) {
+    for (const int rate_hz : {20, 100, 400}) {
+        std::string lines;
+        for (int n = 0; n < 3 * rate_hz; ++n) {  // a sensor at rest at 0.5 m on x
+            const double coupling = 6.75e-3 / 0.125 * (n % 3 == 0 ? 1 : -0.5);
+            nlohmann::json line{
+                {"time_us", n * 1'000'000LL / (3 * rate_hz)}, {"state", 1 + n % 3}, {"sigma", 1e-6}, {"in_phase", {0, 0, 0}}};
+            line["in_phase"][static_cast<std::size_t>(n % 3)] = coupling;
+            lines += line.dump() + "\n";
+        }
+        const auto run = tricoil("run --out - --device columns:" + write_file("text_rate", lines));
+        ASSERT_EQ(run.exit_code, 0) << run.err;
+        const CsvTable poses(run.out);
+        EXPECT_GT(poses.rows(), static_cast<std::size_t>(3 * rate_hz - 6)) << rate_hz;
+        EXPECT_NEAR(poses.number(poses.rows() - 1, "x_m"), 0.5, 1e-6) << rate_hz;
+    }
+}
+
+/// Defects that the recording knows stay with their columns.
+TEST(TextSource, AFaultOfARecordingIsNotLost) {
+    const std::string take = path_in_temp("text_fault");
+    std::filesystem::remove_all(take);
+    ASSERT_EQ(tricoil("run --duration 1 --fault stuck_channel:C1@0.4-0.6 --out " + take + ".csv --record " + take).exit_code, 0);
+    const CsvTable poses(tricoil("run --out - --device columns:" + take + "/inputs.csv").out);
+    const CsvTable expected(read_file(take + ".csv"));
+    std::size_t invalid = 0;
+    for (std::size_t row = 0; row < poses.rows(); ++row) {
+        EXPECT_EQ(poses.number(row, "flags"), expected.number(row, "flags")) << row;
+        invalid += poses.number(row, "valid") == 0 ? 1U : 0U;
+    }
+    EXPECT_GT(invalid, 40U);
+}
+
+/// A reader of a pipe loses nothing, and a named pipe is read as it comes.
+TEST(TextSource, APipeWaitsForItsReader) {
+    const std::string fifo = path_in_temp("text_fifo");
+    ::unlink(fifo.c_str());
+    ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+    const std::string table = read_file(couplings());
+    std::thread writer([&] { std::ofstream(fifo) << table << table.substr(table.find('\n') + 1); });
+    const auto source = host::open_source("couplings:" + fifo + ",rate_hz=240,sigma=2e-6", "");
+    tracking::PoseEstimate<double> pose;
+    std::size_t poses = 0;
+    for (auto event = host::PoseSource::Event::none; event != host::PoseSource::Event::end;) {
+        event = source->poll(Microseconds{10'000}, pose);
+        poses += event == host::PoseSource::Event::pose ? 1U : 0U;
+    }
+    writer.join();
+    EXPECT_EQ(poses, 2 * (CsvTable(table).rows()));
+    EXPECT_EQ(source->dropped(), 0U);
+}
+
+/// A sender whose clock starts again goes on in the half space of the sensor, behind the source.
+TEST(TextSource, ALaterSenderWithAnotherClockIsTracked) {
+    const int port = free_port(SOCK_STREAM);
+    const auto source = host::open_source("couplings:tcp:" + std::to_string(port) + ",sigma=1e-6", "");
+    ASSERT_TRUE(source->set_hemisphere(0, -Vec3<double>::UnitX())) << "before the first line";
+    for (const int begin_s : {1000, 5}) {
+        std::string lines;
+        for (int n = 0; n < 60; ++n) {
+            lines += nlohmann::json{{"time_us", begin_s * 1'000'000LL + 10'000 * n},
+                                    {"x", {{0.054, 0, 0}, {0, -0.027, 0}, {0, 0, -0.027}}}}
+                         .dump() +
+                     "\n";
+        }
+        send_to(SOCK_STREAM, port, {lines});
+        tracking::PoseEstimate<double> pose;
+        tracking::PoseEstimate<double> last;
+        for (int n = 0; n < 60; ++n) {
+            if (source->poll(Microseconds{200'000}, pose) == host::PoseSource::Event::pose &&
+                !pose.flags.has(tracking::PoseFlag::stale)) {
+                last = pose;
+            }
+        }
+        EXPECT_TRUE(last.valid()) << begin_s;
+        EXPECT_NEAR(last.position_m.x(), -0.5, 1e-6) << begin_s;
+    }
+}
+
+TEST(LineInput, ALongDatagramIsComplete) {
+    const int port = free_port(SOCK_DGRAM);
+    linux_board::LineInput input("columns:", "udp:" + std::to_string(port));
+    send_to(SOCK_DGRAM, port, {std::string(30'000, 'a') + "\n" + std::string(30'000, 'b')});
+    const auto lines = lines_of(input, 2);
+    ASSERT_EQ(lines.size(), 2U);
+    EXPECT_EQ(lines.back(), std::string(30'000, 'b'));
+}
+
+TEST(LineInput, ASecondClientIsRefusedWhileTheFirstSends) {
+    const int port = free_port(SOCK_STREAM);
+    linux_board::LineInput input("columns:", "tcp:" + std::to_string(port));
+    const int first = ::socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ASSERT_EQ(::connect(first, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket interface
+    ASSERT_EQ(::send(first, "one\n", 4, 0), 4);
+    EXPECT_THAT(lines_of(input, 1), ::testing::ElementsAre("one"));
+    send_to(SOCK_STREAM, port, {"intruder\n"});
+    ASSERT_EQ(::send(first, "two\n", 4, 0), 4);
+    EXPECT_THAT(lines_of(input, 1), ::testing::ElementsAre("two"));
+    ::close(first);
+}
+
+TEST(TextSource, OptionsOfDevicesAreRefusedAndLimitsKept) {
+    for (const auto& [toml, reason] : std::vector<std::pair<std::string, std::string>>{
+             {"device = \"columns:-\"\n[outputs]\npublish = true\n", "publish: only with a device on a link"},
+             {"device = \"columns:-,mux=x\"\n", "device"}}) {
+        const auto result = tricoil("run --config " + write_file("text.toml", toml));
+        EXPECT_EQ(result.exit_code, 2) << toml;
+        EXPECT_THAT(result.err, HasSubstr(reason));
+    }
+    const auto silent = tricoil("run --wait 0.2 --device columns:tcp:" + std::to_string(free_port(SOCK_STREAM)));
+    EXPECT_EQ(silent.exit_code, 3);
+    EXPECT_THAT(silent.err, HasSubstr("not ready in 0.2 s; giving up"));
+    const auto closed = run_program("bash -c '" TRICOIL_PROGRAM " run --device columns:- <&-'", "");
+    EXPECT_EQ(closed.exit_code, 2);
+    EXPECT_THAT(closed.err, HasSubstr("standard input is closed"));
 }
 
 TEST(TextSource, UsersProgramsOpenItByName) {

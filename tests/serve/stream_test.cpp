@@ -13,9 +13,9 @@
 #include <optional>
 #include <thread>
 
-#include "board/support/tcp_listener.hpp"
 #include "board/host/serve/web/own_name.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/tcp_listener.hpp"
 #include "tests/serve/serving.hpp"
 
 namespace tricoil::host {

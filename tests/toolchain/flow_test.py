@@ -93,6 +93,7 @@ class Run(FakeMachine):
             self.assertEqual(done.returncode, 3)
             self.assertEqual(done.stderr.splitlines()[-2], "install-deps: no network")
             self.assertNotIn("build run", self.log_of_calls())
+        self.assertEqual(self.log_of_calls().count("build run tricoil_product"), 1, "what can be built is built, by root")
 
     def test_packages_are_installed_while_the_rest_is_built(self):
         installing, built = self.folder / "installing", self.folder / "built"

@@ -4,7 +4,6 @@
 function(tricoil_collect_targets name)
   cmake_parse_arguments(ARG "FINAL" "" "" ${ARGN})
   add_custom_target(${name})
-  set(growing "")
   if(ARG_FINAL)
     tricoil_add_growing(tricoil built)
     tricoil_depend_on_targets(${name} "${built}" ${ARG_UNPARSED_ARGUMENTS})

@@ -19,6 +19,7 @@
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/udp_service.hpp"
+#include "board/linux/text_source.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/record/tap_fan_out.hpp"
@@ -204,6 +205,10 @@ void add_button(const ServeCommand& command, Server& server) {
     if (command.fastrak.empty()) {
         throw InputError("--button: only with --fastrak");
     }
+    if (command.button == "-" && linux_board::is_text_source(command.run->device) &&
+        linux_board::parse_text_name(command.run->device).where == "-") {
+        throw InputError("--button - and --device exclude each other: both read standard input");
+    }
     server.add(std::make_unique<ButtonInput>(command.button, server.button()));
 }
 
@@ -265,7 +270,6 @@ LoopParams loop_params(PoseHub& hub, TrackerControl& control, ServiceNotice& not
         for (const auto& request : control.take()) {
             (void)source.set_hemisphere(request.sensor, request.towards);
         }
-        return true;
     };
     params.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };
     return params;

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "board/host/serve/service.hpp"
-#include "board/support/tcp_listener.hpp"
 #include "board/pose_text/pose_fields.hpp"
+#include "board/support/tcp_listener.hpp"
 
 namespace tricoil::host::json_lines {
 

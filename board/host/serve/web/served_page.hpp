@@ -6,8 +6,8 @@
 #include "board/host/serve/pose_hub.hpp"
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/stylus_button.hpp"
-#include "board/support/tcp_listener.hpp"
 #include "board/host/serve/tracker_control.hpp"
+#include "board/support/tcp_listener.hpp"
 
 namespace tricoil::host::web {
 

@@ -1,0 +1,185 @@
+#include "board/linux/text_rows.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
+#include "core/tracking/tracker_params.hpp"
+
+namespace tricoil::linux_board {
+namespace {
+
+constexpr std::array<std::string_view, 33> kNames{
+    "time_us",      "time_s",       "sensor",       "state",   "flags",   "sigma",   "in_phase_1", "in_phase_2", "in_phase_3",
+    "quadrature_1", "quadrature_2", "quadrature_3", "sigma_1", "sigma_2", "sigma_3", "x11",        "x21",        "x31",
+    "x12",          "x22",          "x32",          "x13",     "x23",     "x33",     "q11",        "q21",        "q31",
+    "q12",          "q22",          "q32",          "q13",     "q23",     "q33"};
+enum Name { kTimeUs, kTimeS, kSensor, kState, kFlags, kSigma, kInPhase, kQuadrature = 9, kSigmas = 12, kX = 15, kQ = 24 };
+constexpr int kKind = static_cast<int>(kNames.size());
+using Row = std::array<std::optional<double>, kNames.size()>;
+
+/// Index in kNames, kKind, or -1.
+int index_of(std::string_view name) {
+    const auto found = std::find(kNames.begin(), kNames.end(), name);
+    return found != kNames.end() ? static_cast<int>(found - kNames.begin()) : name == "kind" ? kKind : -1;
+}
+
+std::string shortened(std::string_view text) { return std::string(text.substr(0, 40)); }
+
+/// Three numbers from index `first` on, if all are there.
+std::optional<Vec3<double>> three(const Row& row, int first) {
+    const auto at = [&](int n) { return row[static_cast<std::size_t>(first + n)]; };
+    return at(0) && at(1) && at(2) ? std::optional(Vec3<double>(*at(0), *at(1), *at(2))) : std::nullopt;
+}
+
+void put(const nlohmann::json& value, int index, Row& row) {
+    if (value.is_number()) {
+        row[static_cast<std::size_t>(index)] = value.get<double>();
+    }
+}
+
+Row row_of_json(std::string_view line) {
+    const auto object = nlohmann::json::parse(line, nullptr, false);
+    if (!object.is_object()) {
+        throw host::InputError("is not a JSON object");
+    }
+    Row row;
+    for (std::size_t n = 0; n < kNames.size(); ++n) {
+        if (const auto found = object.find(kNames[n]); found != object.end()) {
+            put(*found, static_cast<int>(n), row);
+        }
+    }
+    const auto list = [&](const char* name) -> const nlohmann::json* {
+        const auto found = object.find(name);
+        return found != object.end() && found->is_array() && found->size() == 3 ? &*found : nullptr;
+    };
+    for (const auto& [name, first] : {std::pair{"in_phase", kInPhase}, {"quadrature", kQuadrature}, {"sigma", kSigmas}}) {
+        if (const auto* values = list(name)) {
+            for (int n = 0; n < 3; ++n) {
+                put((*values)[static_cast<std::size_t>(n)], first + n, row);
+            }
+        }
+    }
+    for (const auto& [name, first] : {std::pair{"x", kX}, {"q", kQ}}) {
+        const auto* rows = list(name);
+        for (int i = 0; rows != nullptr && i < 3; ++i) {
+            const nlohmann::json& values = (*rows)[static_cast<std::size_t>(i)];
+            for (int j = 0; values.is_array() && values.size() == 3 && j < 3; ++j) {
+                put(values[static_cast<std::size_t>(j)], first + 3 * j + i, row);
+            }
+        }
+    }
+    return row;
+}
+
+/// Nullopt for another kind of row.
+std::optional<Row> row_of_csv(const std::vector<std::string_view>& fields, const std::vector<int>& columns) {
+    if (fields.size() != columns.size()) {
+        throw host::InputError(fmt::format("has {} fields instead of {}", fields.size(), columns.size()));
+    }
+    Row row;
+    for (std::size_t n = 0; n < fields.size(); ++n) {
+        if (columns[n] == kKind && fields[n] != "column") {
+            return std::nullopt;
+        }
+        if (columns[n] < 0 || columns[n] == kKind || fields[n].empty()) {
+            continue;
+        }
+        const auto value = host::number_from<double>(fields[n]);
+        if (!value) {
+            throw host::InputError(
+                fmt::format("{}, '{}', is not a number", kNames[static_cast<std::size_t>(columns[n])], shortened(fields[n])));
+        }
+        row[static_cast<std::size_t>(columns[n])] = *value;
+    }
+    return row;
+}
+
+/// The whole number of a field, 0 to `most`.
+int whole(const Row& row, Name name, int most) {
+    const double value = row[name].value_or(0);
+    if (!(value >= 0 && value <= most) || value != std::floor(value)) {
+        throw host::InputError(fmt::format("{} {}: must be a whole number from 0 to {}", kNames[name], value, most));
+    }
+    return static_cast<int>(value);
+}
+
+void check(const TextFrame& frame) {
+    bool is_finite = !frame.sigma || (frame.sigma->allFinite() && frame.sigma->minCoeff() > 0);
+    for (int n = 0; n < frame.coils; ++n) {
+        const auto coil = static_cast<std::size_t>(n);
+        is_finite = is_finite && frame.in_phase[coil].allFinite() && frame.quadrature[coil].allFinite();
+    }
+    if (!is_finite) {
+        throw host::InputError("couplings and sigma must be finite, and sigma positive");
+    }
+    if (frame.time_us && !(std::abs(*frame.time_us) < 9e15)) {
+        throw host::InputError(fmt::format("time {} us: out of range", *frame.time_us));
+    }
+}
+
+TextFrame frame_of(const Row& row) {
+    TextFrame frame;
+    frame.sensor = static_cast<std::uint8_t>(whole(row, kSensor, tracking::kMaxSensors - 1));
+    frame.time_us = row[kTimeUs] ? row[kTimeUs] : row[kTimeS] ? std::optional(1e6 * *row[kTimeS]) : std::nullopt;
+    const auto bits = static_cast<unsigned>(whole(row, kFlags, static_cast<int>(kAllColumnFlags.bits())));
+    if ((bits & ~kAllColumnFlags.bits()) != 0) {
+        throw host::InputError(fmt::format("flags {}: has unknown flags", bits));
+    }
+    for (unsigned bit = 0; bits >> bit != 0; ++bit) {
+        frame.flags.set_if((bits >> bit & 1U) != 0, static_cast<ColumnFlag>(bit));
+    }
+    frame.sigma = three(row, kSigmas);
+    if (!frame.sigma && row[kSigma]) {
+        frame.sigma = Vec3<double>::Constant(*row[kSigma]);
+    }
+    const bool is_matrix = row[kX].has_value();
+    frame.coils = is_matrix ? kSourceCoils : 1;
+    frame.first_coil = is_matrix ? 0 : whole(row, kState, kSourceCoils) - 1;
+    for (int n = 0; n < frame.coils; ++n) {
+        const auto coil = static_cast<std::size_t>(n);
+        const auto in_phase = three(row, is_matrix ? kX + 3 * n : kInPhase);
+        if (!in_phase || frame.first_coil < 0) {
+            throw host::InputError("no couplings: needs state (1 to 3) and in_phase_1 to in_phase_3, or x11 to x33");
+        }
+        const auto quadrature = three(row, is_matrix ? kQ + 3 * n : kQuadrature);
+        frame.has_quadrature = quadrature.has_value();
+        frame.in_phase[coil] = *in_phase;
+        frame.quadrature[coil] = quadrature.value_or(Vec3<double>::Zero());
+    }
+    check(frame);
+    return frame;
+}
+
+}  // namespace
+
+std::optional<TextFrame> TextRows::parse(std::string_view line) {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (line.starts_with(kByteOrderMark)) {
+        line.remove_prefix(kByteOrderMark.size());
+    }
+    if (line.find_first_not_of(" \t,") == std::string_view::npos || line.front() == '#') {
+        return std::nullopt;
+    }
+    if (line.front() == '{') {
+        return frame_of(row_of_json(line));
+    }
+    const auto fields = host::split(line, ',');
+    if (std::any_of(fields.begin(), fields.end(), [](std::string_view field) { return index_of(field) >= 0; })) {
+        columns_.resize(fields.size());
+        std::transform(fields.begin(), fields.end(), columns_.begin(), index_of);
+        return std::nullopt;
+    }
+    if (columns_.empty()) {
+        throw host::InputError(fmt::format("'{}': neither a JSON object nor names such as time_us,x11,x12", shortened(line)));
+    }
+    const auto row = row_of_csv(fields, columns_);
+    return row ? std::optional(frame_of(*row)) : std::nullopt;
+}
+
+}  // namespace tricoil::linux_board
