@@ -388,8 +388,8 @@ int DeviceRun::finish(const host::LinkHealth& health) {
     if (!error_.empty()) {
         throw host::DeviceError(error_);
     }
-    if (closing["poses"] == 0 && closing["columns"] > 2 * kSourceCoils) {
-        host::print_notice("tricoil: {}: {} columns gave no pose: do their times, state, mux and rate_hz agree?\n",
+    if (text_ != nullptr && !has_valid && closing["columns"] > 2 * kSourceCoils) {
+        host::print_notice("tricoil: {}: {} columns gave no valid pose: do their times, state, mux and rate_hz agree?\n",
                            options_.config.device, closing["columns"].get<std::uint64_t>());
     }
     return to_int(has_valid ? host::ExitCode::fine : host::ExitCode::check_failed);

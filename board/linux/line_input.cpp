@@ -113,6 +113,26 @@ void LineInput::accept_client(Microseconds patience) {
     line_ = 0;
 }
 
+void LineInput::receive_datagram() {
+    std::vector<char> bytes(kLongestLine);  // no datagram is longer
+    sockaddr_storage from{};
+    socklen_t size = sizeof from;
+    const ssize_t count = ::recvfrom(input_.get(), bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from),
+                                     &size);  // NOLINT: socket interface
+    if (count <= 0) {
+        return;
+    }
+    if (std::string address = host::address_text(from); address != client_) {
+        client_ = std::move(address);
+        ++sender_;
+        line_ = 0;
+    }
+    text_.append(bytes.data(), static_cast<std::size_t>(count));
+    if (text_.back() != '\n') {
+        text_ += '\n';
+    }
+}
+
 /// Part of a line that a broken connection leaves is not read.
 void LineInput::end_of_sender(bool is_clean) {
     if (is_clean && !text_.empty() && text_.back() != '\n') {
@@ -135,13 +155,14 @@ void LineInput::read(Microseconds patience) {
     if (!input_.is_open() || (is_live_ && !waits(input_.get(), patience))) {
         return;
     }
-    std::vector<char> bytes(kLongestLine);  // no datagram is longer
+    if (is_udp_) {
+        receive_datagram();
+        return;
+    }
+    std::vector<char> bytes(kLongestLine);
     const ssize_t count = ::read(input_.get(), bytes.data(), bytes.size());
-    if (count > 0 || is_udp_) {
-        text_.append(bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
-        if (is_udp_ && !text_.empty() && text_.back() != '\n') {
-            text_ += '\n';
-        }
+    if (count > 0) {
+        text_.append(bytes.data(), static_cast<std::size_t>(count));
         heard_ = drivers::host_now();
     } else if (count == 0) {
         end_of_sender(true);

@@ -27,17 +27,20 @@ public:
 
     /// Number of the last line of this sender, from 1.
     [[nodiscard]] std::size_t line() const { return line_; }
-    /// Counts senders: TCP clients one after the other.
+    /// Counts the senders of a port, one after the other.
     [[nodiscard]] int sender() const { return sender_; }
+    /// True for TCP: each sender is another device. Anybody may send datagrams.
+    [[nodiscard]] bool has_clients() const { return listener_ != nullptr; }
     /// True if a file or pipe has no more lines. Ports have no end: another client may come.
     [[nodiscard]] bool has_ended() const { return has_ended_ && text_.empty(); }
     /// False for a regular file: its lines wait.
     [[nodiscard]] bool is_live() const { return is_live_; }
-    /// True if lines are lost that nobody reads: datagrams.
-    [[nodiscard]] bool is_lossy() const { return is_udp_; }
+    /// True for a port: its senders do not wait, or what they send becomes old.
+    [[nodiscard]] bool is_lossy() const { return is_udp_ || listener_ != nullptr; }
 
 private:
     void accept_client(Microseconds patience);
+    void receive_datagram();
     void read(Microseconds patience);
     void end_of_sender(bool is_clean);
     std::optional<std::string> take_line();
@@ -45,8 +48,8 @@ private:
     host::LimitedNotice notice_;
     std::unique_ptr<host::TcpListener> listener_;  // of tcp:
     drivers::FileDescriptor input_;                // not open: tcp: without a client
-    std::string client_;                           // of tcp:
-    HostTime heard_;                               // from the client
+    std::string client_;                           // address of the sender of a port
+    HostTime heard_;                               // from a TCP client
     bool is_live_ = true;
     bool is_udp_ = false;
     bool has_ended_ = false;

@@ -37,10 +37,20 @@ std::optional<Vec3<double>> three(const Row& row, int first) {
     return at(0) && at(1) && at(2) ? std::optional(Vec3<double>(*at(0), *at(1), *at(2))) : std::nullopt;
 }
 
-void put(const nlohmann::json& value, int index, Row& row) {
+void put(const nlohmann::json& value, std::string_view name, int index, Row& row) {
     if (value.is_number()) {
         row[static_cast<std::size_t>(index)] = value.get<double>();
+    } else if (!value.is_null()) {
+        throw host::InputError(fmt::format("{}: is not a number", name));
     }
+}
+
+/// A list of three values.
+const nlohmann::json& list_of(const nlohmann::json& value, std::string_view name) {
+    if (!value.is_array() || value.size() != 3) {
+        throw host::InputError(fmt::format("{}: is not a list of three", name));
+    }
+    return value;
 }
 
 Row row_of_json(std::string_view line) {
@@ -49,29 +59,21 @@ Row row_of_json(std::string_view line) {
         throw host::InputError("is not a JSON object");
     }
     Row row;
-    for (std::size_t n = 0; n < kNames.size(); ++n) {
-        if (const auto found = object.find(kNames[n]); found != object.end()) {
-            put(*found, static_cast<int>(n), row);
-        }
-    }
-    const auto list = [&](const char* name) -> const nlohmann::json* {
-        const auto found = object.find(name);
-        return found != object.end() && found->is_array() && found->size() == 3 ? &*found : nullptr;
-    };
-    for (const auto& [name, first] : {std::pair{"in_phase", kInPhase}, {"quadrature", kQuadrature}, {"sigma", kSigmas}}) {
-        if (const auto* values = list(name)) {
+    for (const auto& [name, value] : object.items()) {
+        const int index = index_of(name);
+        const auto is_named = [&, &key = name](const char* list) { return key == list && !value.is_null(); };
+        if (is_named("in_phase") || is_named("quadrature") || (is_named("sigma") && value.is_array())) {
+            const int first = name == "in_phase" ? kInPhase : name == "quadrature" ? kQuadrature : kSigmas;
             for (int n = 0; n < 3; ++n) {
-                put((*values)[static_cast<std::size_t>(n)], first + n, row);
+                put(list_of(value, name)[static_cast<std::size_t>(n)], name, first + n, row);
             }
-        }
-    }
-    for (const auto& [name, first] : {std::pair{"x", kX}, {"q", kQ}}) {
-        const auto* rows = list(name);
-        for (int i = 0; rows != nullptr && i < 3; ++i) {
-            const nlohmann::json& values = (*rows)[static_cast<std::size_t>(i)];
-            for (int j = 0; values.is_array() && values.size() == 3 && j < 3; ++j) {
-                put(values[static_cast<std::size_t>(j)], first + 3 * j + i, row);
+        } else if (is_named("x") || is_named("q")) {
+            for (int n = 0; n < 9; ++n) {
+                const auto& line_of_matrix = list_of(list_of(value, name)[static_cast<std::size_t>(n / 3)], name);
+                put(line_of_matrix[static_cast<std::size_t>(n % 3)], name, (name == "x" ? kX : kQ) + 3 * (n % 3) + n / 3, row);
             }
+        } else if (index >= 0 && index < kKind) {
+            put(value, name, index, row);
         }
     }
     return row;

@@ -15,12 +15,16 @@
 namespace tricoil::linux_board {
 namespace {
 
-constexpr Microseconds kSilence{150'000};  // longest time without a column before poses are flagged stale
+constexpr Microseconds kShortestSilence{150'000};
+constexpr Microseconds kLongestStep_us{3'600'000'000};  // of stamps; one may be wrong
+constexpr int kSilentFrames = 3;
+constexpr double kSlowest_hz = 1;
+constexpr double kFastest_hz = 10'000;
 constexpr Microseconds kNoticeAfter{1'000'000};
 constexpr Microseconds kLongestGap{1'000'000};
-constexpr int kMostLines = 256;           // per step, so that a flood does not delay signals
-constexpr std::size_t kFirstFrames = 16;  // enough to see the timing of four sensors
-constexpr double kUsualRate_hz = 240;
+constexpr int kMostLines = 256;  // per step, so that a flood does not delay signals
+constexpr std::size_t kFirstFrames = 32;
+constexpr std::size_t kPeriods = 5;  // whose median is the period
 
 double positive(const std::string& device, const std::string& key, const std::string& text) {
     const auto value = host::number_from<double>(text);
@@ -37,6 +41,9 @@ void set_key(TextName& name, const std::string& device, const std::string& key, 
             break;
         case 1:
             name.rate_hz = positive(device, key, value);
+            if (*name.rate_hz < kSlowest_hz || *name.rate_hz > kFastest_hz) {
+                throw host::InputError(fmt::format("{}: rate_hz={}: must be {} to {}", device, value, kSlowest_hz, kFastest_hz));
+            }
             break;
         case 2:
             name.sigma = positive(device, key, value);
@@ -115,16 +122,16 @@ void TextSource::PoseWatch::do_pose(const tracking::PoseEstimate<double>& pose) 
     constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
     newest_ = {};
     newest_.set_if(pose.flags.has(kHemisphereUnknown), kHemisphereUnknown);
-    sides_[pose.sensor] = restorers_[pose.sensor].side(pose, drivers::host_now());
+    sides_[pose.sensor] = restorers_[pose.sensor].side(pose, now_);
 }
 
 bool TextSource::advance(Microseconds patience) {
+    if (discards_ && is_live()) {
+        discard();
+        return !lines_.has_ended();
+    }
     const int most = is_lossy() ? kMostLines : 1;
     auto line = lines_.next(std::min(patience, kLongestStep));
-    for (int n = 0; rests_ && line && is_live() && n < kMostLines; ++n) {
-        line = lines_.next(Microseconds{0});
-    }
-    rests_ = false;
     for (int n = 0; line && n < most; ++n) {
         ++counters_.lines;
         try {
@@ -139,29 +146,56 @@ bool TextSource::advance(Microseconds patience) {
         line = n + 1 < most ? lines_.next(Microseconds{0}) : std::nullopt;
     }
     if (lines_.has_ended() && !has_begun_ && !first_frames_.empty()) {
-        begin(timing().value_or(Timing{name_.multiplexing.value_or(signal::Multiplexing::tdm), kUsualRate_hz}));
+        begin(*timing(true));
     }
     tick();
     return !lines_.has_ended();
 }
 
-/// During silence, poses are flagged stale.
+/// After a pause. Names of columns are learned all the same.
+void TextSource::discard() {
+    auto line = lines_.next(Microseconds{0});
+    for (int n = 0; line && n < kMostLines; ++n) {
+        try {
+            if (std::exchange(sender_, lines_.sender()) != lines_.sender()) {
+                rows_.restart();
+            }
+            (void)rows_.parse(*line);
+        } catch (const host::InputError&) {  // not tracked anyway
+        }
+        line = lines_.next(Microseconds{0});
+    }
+    discards_ = line.has_value();
+    arrival_ = drivers::host_now();
+    for (Stream& stream : streams_) {
+        stream.arrival = arrival_;
+    }
+}
+
+/// During silence of a sensor, its poses are flagged stale.
 void TextSource::tick() {
-    const Microseconds silence = drivers::host_now() - arrival_;
-    if (!is_live() || !newest_ || silence <= kSilence) {
+    if (!is_live() || !has_begun_) {
         return;
     }
-    if (silence > kNoticeAfter && !std::exchange(is_silent_, true)) {
+    const HostTime now = drivers::host_now();
+    if (now - arrival_ > std::max(kNoticeAfter, silence_) && !std::exchange(is_silent_, true)) {
         notice_.print("no column for 1 s");
     }
-    for (int sensor = 0; sensor < name_.sensors; ++sensor) {
-        trackers_.tick(static_cast<std::uint8_t>(sensor), *newest_ + silence);
+    for (std::size_t sensor = 0; sensor < streams_.size(); ++sensor) {
+        const Stream& stream = streams_[sensor];
+        if (stream.newest && now - stream.arrival > silence_) {
+            trackers_.tick(static_cast<std::uint8_t>(sensor), *stream.newest + (now - stream.arrival));
+        }
     }
 }
 
 void TextSource::take(std::string_view line) {
     if (std::exchange(sender_, lines_.sender()) != lines_.sender()) {
         rows_.restart();
+        if (lines_.has_clients()) {  // another device, with a clock and a rate of its own
+            first_frames_.clear();
+            has_begun_ = false;
+        }
     }
     if (const auto frame = rows_.parse(line)) {
         take_frame(*frame);
@@ -184,35 +218,50 @@ void TextSource::take_frame(const TextFrame& frame) {
         return;
     }
     first_frames_.push_back(frame);
-    if (const auto known = timing()) {
+    if (const auto known = timing(first_frames_.size() == kFirstFrames)) {
         begin(*known);
-    } else if (first_frames_.size() == kFirstFrames) {
-        first_frames_.clear();
-        throw host::InputError("the times of the columns do not grow: give ,mux= and ,rate_hz=");
     }
 }
 
-/// From the times of the first frames of one sensor, unless the keys tell.
-std::optional<TextSource::Timing> TextSource::timing() const {
-    const TextFrame& first = first_frames_.front();
-    std::optional<double> period_us;
-    bool is_simultaneous = first.coils > 1;
-    for (const TextFrame& next : first_frames_) {
-        const bool is_of_sensor = next.sensor == first.sensor && next.time_us && first.time_us;
-        const double later_us = is_of_sensor ? *next.time_us - *first.time_us : 0;
-        if (is_of_sensor && next.first_coil == first.first_coil && later_us > 0 && !period_us) {
-            period_us = later_us;
+/// From the times of the first frames, unless the keys tell. is_all: more frames do not come; nullopt is not returned.
+std::optional<TextSource::Timing> TextSource::timing(bool is_all) const {
+    std::vector<double> periods_us;  // from a coil of a sensor to the same coil
+    int ties = 0;                    // frames with the time of the one before
+    for (std::size_t n = 1; n < first_frames_.size(); ++n) {
+        const TextFrame& frame = first_frames_[n];
+        const auto is_before = [&](const TextFrame& f, bool is_same_coil) {
+            return f.sensor == frame.sensor && (f.first_coil == frame.first_coil) == is_same_coil && f.time_us && frame.time_us;
+        };
+        const auto end = first_frames_.rend();
+        const auto from = end - static_cast<std::ptrdiff_t>(n);
+        const auto same = std::find_if(from, end, [&](const TextFrame& f) { return is_before(f, true); });
+        const auto other = std::find_if(from, end, [&](const TextFrame& f) { return is_before(f, false); });
+        if (same != end && *frame.time_us > *same->time_us) {
+            periods_us.push_back(*frame.time_us - *same->time_us);
         }
-        is_simultaneous = is_simultaneous || (is_of_sensor && next.first_coil != first.first_coil && later_us == 0);
+        ties += other != end && *frame.time_us == *other->time_us ? 1 : 0;
     }
-    if (!period_us && !(name_.rate_hz && (name_.multiplexing || first.coils > 1))) {
+    const bool is_matrix = first_frames_.front().coils > 1;
+    const bool is_enough = is_all || periods_us.size() >= kPeriods || (is_matrix && name_.rate_hz);
+    if (!is_enough) {
         return std::nullopt;
     }
-    return Timing{name_.multiplexing.value_or(is_simultaneous ? signal::Multiplexing::fdm : signal::Multiplexing::tdm),
-                  name_.rate_hz ? *name_.rate_hz : rate_of(*period_us)};
+    Timing timing;
+    const bool is_simultaneous = is_matrix || 2 * ties > static_cast<int>(first_frames_.size()) - 1;
+    timing.multiplexing = name_.multiplexing.value_or(is_simultaneous ? signal::Multiplexing::fdm : signal::Multiplexing::tdm);
+    if (!periods_us.empty()) {
+        const auto middle = periods_us.begin() + static_cast<std::ptrdiff_t>(periods_us.size() / 2);
+        std::nth_element(periods_us.begin(), middle, periods_us.end());
+        timing.rate_hz = std::clamp(rate_of(*middle), kSlowest_hz, kFastest_hz);
+    }
+    timing.rate_hz = name_.rate_hz.value_or(timing.rate_hz);
+    return timing;
 }
 
 void TextSource::begin(const Timing& timing) {
+    timing_ = timing;
+    const Microseconds some_frames = kSilentFrames * microseconds_from_seconds(1 / timing.rate_hz);
+    silence_ = std::max(kShortestSilence, some_frames);
     tracking::TrackerTap<double>::Settings settings;
     settings.sensors = name_.sensors;
     settings.calibration = params_.calibration;
@@ -221,6 +270,8 @@ void TextSource::begin(const Timing& timing) {
     common.coupling_constant = params_.coupling_constant_m3;
     common.hemisphere = params_.hemisphere;
     common.confined = params_.session.confined;
+    common.lost_after = std::max(common.lost_after, some_frames);
+    common.search_after = std::max(common.search_after, 2 * some_frames);
     set_timing(timing.multiplexing, timing.rate_hz, settings);
     if (!first_frames_.front().has_quadrature) {
         common.quadrature_floor = 1;
@@ -228,12 +279,17 @@ void TextSource::begin(const Timing& timing) {
             settings.calibration->quadrature_floor = 1;
         }
     }
-    states_ = timing.multiplexing == signal::Multiplexing::tdm ? 1 : kSourceCoils;
+    if (const Status status = tracking::AnyTracker<double>::check(settings.tracker, settings.calibration); !status.ok()) {
+        throw host::DeviceError(
+            fmt::format("{}: at {:g} frames a second: {}; try --tracker direct", device_, timing.rate_hz, status.message()));
+    }
     trackers_.begin(settings);
     has_begun_ = true;
-    for (std::size_t sensor = 0; sensor < wanted_hemisphere_.size(); ++sensor) {
-        if (wanted_hemisphere_[sensor]) {
-            set_hemisphere(sensor, *wanted_hemisphere_[sensor]);
+    for (std::size_t sensor = 0; sensor < static_cast<std::size_t>(name_.sensors); ++sensor) {
+        if (const auto wanted = std::exchange(streams_[sensor].wanted_hemisphere, std::nullopt)) {
+            set_hemisphere(sensor, *wanted);
+        } else if (poses_.has_tracked(sensor) && !common.confined) {  // it may have left the half space of the configuration
+            set_hemisphere(sensor, Vec3<double>::Zero());
         }
     }
     for (const TextFrame& frame : std::exchange(first_frames_, {})) {
@@ -242,19 +298,20 @@ void TextSource::begin(const Timing& timing) {
 }
 
 void TextSource::track(const TextFrame& frame) {
-    const double frame_us = 1e6 * frames_[frame.sensor]++ / name_.rate_hz.value_or(kUsualRate_hz);
+    Stream& stream = streams_[frame.sensor];
     MeasuredColumn<double> column;
     column.sensor = frame.sensor;
-    column.midpoint = device_time_us(std::llround(frame.time_us.value_or(frame_us)));
+    column.midpoint = device_time_us(std::llround(frame.time_us.value_or(1e6 * stream.frames / timing_.rate_hz)));
     column.flags = frame.flags;
     column.sigma = frame.sigma.value_or(Vec3<double>::Constant(name_.sigma.value_or(0)));
-    follow_clock(column.midpoint);
+    ++stream.frames;
+    follow_clock(stream, column.midpoint);
     for (int n = 0; n < frame.coils; ++n) {
         column.state = single_coil(frame.first_coil + n);
         column.in_phase = frame.in_phase[static_cast<std::size_t>(n)];
         column.quadrature = frame.quadrature[static_cast<std::size_t>(n)];
         column.sequence = columns_;
-        column.state_sequence = columns_ / states_;
+        column.state_sequence = timing_.multiplexing == signal::Multiplexing::tdm ? columns_ : columns_ / kSourceCoils;
         ++columns_;
         ++counters_.columns;
         trackers_.column(column);
@@ -265,12 +322,17 @@ void TextSource::track(const TextFrame& frame) {
     }
 }
 
-/// Times of several sensors may go back by a little.
-void TextSource::follow_clock(DeviceTime now) {
-    const Microseconds step = now - newest_.value_or(now);
-    elapsed_ += step.count() > 0 && step < kLongestGap ? step : Microseconds{};
-    newest_ = step.count() > 0 || step < -kLongestGap || !newest_ ? now : *newest_;
-    arrival_ = drivers::host_now();
+/// Times of several sensors may go back by a little. A pipe may hold old lines: then more time has passed in them than here.
+void TextSource::follow_clock(Stream& stream, DeviceTime now) {
+    const HostTime host_now = drivers::host_now();
+    const Microseconds of_stamps = std::min(now - newest_.value_or(now), kLongestStep_us);
+    clock_ += std::max(of_stamps, newest_ ? host_now - arrival_ : Microseconds{});
+    poses_.set_clock(clock_);
+    elapsed_ += of_stamps.count() > 0 && of_stamps < kLongestGap ? of_stamps : Microseconds{};
+    const bool is_earlier = of_stamps.count() < 0 && of_stamps > -kLongestGap;
+    newest_ = is_earlier ? *newest_ : now;
+    stream.newest = now;
+    stream.arrival = arrival_ = host_now;
     is_silent_ = false;
 }
 
@@ -281,12 +343,12 @@ bool TextSource::set_hemisphere(std::size_t sensor, const Vec3<double>& towards)
     if (has_begun_) {
         trackers_.hemisphere(static_cast<std::uint8_t>(sensor), towards);
     } else {
-        wanted_hemisphere_[sensor] = towards;
+        streams_[sensor].wanted_hemisphere = towards;
     }
     return true;
 }
 
-bool TextSource::is_steady() const { return newest_ && (!is_live() || drivers::host_now() - arrival_ <= kSilence); }
+bool TextSource::is_steady() const { return newest_ && (!is_live() || drivers::host_now() - arrival_ <= silence_); }
 
 std::optional<host::LinkState> TextSource::link_state() const {
     const HostTime now = drivers::host_now();

@@ -52,8 +52,8 @@ public:
                tracking::TrackerTap<double>& tap);
 
     bool advance(Microseconds patience) override;
-    /// Lines that come until the next step are not tracked.
-    void rest() override { rests_ = true; }
+    /// Lines that wait at the next step are not tracked.
+    void rest() override { discards_ = true; }
     bool set_hemisphere(std::size_t sensor, const Vec3<double>& towards) override;
     [[nodiscard]] bool is_live() const override { return lines_.is_live(); }
     [[nodiscard]] bool is_lossy() const override { return lines_.is_lossy(); }
@@ -72,6 +72,9 @@ private:
     class PoseWatch final : public tracking::TrackerTap<double> {
     public:
         explicit PoseWatch(TextCounters& counters) : counters_(counters) {}
+        /// Time of the next pose: the host's, or that of the stamps if more of it has passed.
+        void set_clock(HostTime now) { now_ = now; }
+        [[nodiscard]] bool has_tracked(std::size_t sensor) const { return restorers_[sensor].has_tracked(); }
         [[nodiscard]] tracking::PoseFlags newest() const { return newest_; }
         /// Hemisphere of the sensor, if its last pose lacked it and it is known.
         std::optional<Vec3<double>> take_side(std::size_t sensor) { return std::exchange(sides_[sensor], std::nullopt); }
@@ -82,19 +85,28 @@ private:
         TextCounters& counters_;
         std::array<HemisphereRestorer, tracking::kMaxSensors> restorers_;
         std::array<std::optional<Vec3<double>>, tracking::kMaxSensors> sides_;
+        HostTime now_;
         tracking::PoseFlags newest_;
     };
     struct Timing {
-        signal::Multiplexing multiplexing;
-        double rate_hz;
+        signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
+        double rate_hz = 240;
+    };
+    /// Of one sensor.
+    struct Stream {
+        std::uint32_t frames = 0;
+        std::optional<DeviceTime> newest;
+        HostTime arrival;
+        std::optional<Vec3<double>> wanted_hemisphere;  // set before the first line
     };
 
     void take(std::string_view line);
     void take_frame(const TextFrame& frame);
-    [[nodiscard]] std::optional<Timing> timing() const;
+    void discard();
+    [[nodiscard]] std::optional<Timing> timing(bool is_all) const;
     void begin(const Timing& timing);
     void track(const TextFrame& frame);
-    void follow_clock(DeviceTime now);
+    void follow_clock(Stream& stream, DeviceTime now);
     void tick();
 
     std::string device_;
@@ -110,14 +122,15 @@ private:
     int sender_ = 0;
     std::vector<TextFrame> first_frames_;  // until the timing is known
     bool has_begun_ = false;
-    bool rests_ = false;
+    bool discards_ = false;
     bool is_silent_ = false;
-    std::array<std::optional<Vec3<double>>, tracking::kMaxSensors> wanted_hemisphere_;  // set before the first line
-    std::array<std::uint32_t, tracking::kMaxSensors> frames_{};
+    Timing timing_;
+    Microseconds silence_;  // longest time without a column before poses are flagged stale
+    std::array<Stream, tracking::kMaxSensors> streams_;
     std::uint32_t columns_ = 0;
-    std::uint32_t states_ = 0;
-    std::optional<DeviceTime> newest_;
-    HostTime arrival_;  // of the newest column
+    std::optional<DeviceTime> newest_;  // of all sensors
+    HostTime arrival_;                  // of the newest column
+    HostTime clock_;                    // see PoseWatch::set_clock()
     Microseconds elapsed_;
 };
 

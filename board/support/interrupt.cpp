@@ -1,6 +1,7 @@
 #include "board/support/interrupt.hpp"
 
 #include <atomic>
+#include <mutex>
 #include <utility>
 
 #include "board/support/errors.hpp"
@@ -14,7 +15,10 @@ std::atomic<int> interrupt_seen = 0;
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler must not wait");
 
 thread_local BorrowedInterrupt* borrowed = nullptr;  // innermost of this thread
-std::atomic<int> guards = 0;                         // with handlers, or within one that has them
+// Guards with handlers, or within one that has them; those of several threads may end in any order.
+std::mutex guards_mutex;
+int guards = 0;
+std::array<struct sigaction, 4> handlers_before{};
 
 void on_signal(int signal) { interrupt_seen = signal; }
 
@@ -38,6 +42,7 @@ InterruptGuard::InterruptGuard() : borrowed_(borrowed) {
     if (borrowed_ != nullptr) {
         return;
     }
+    const std::lock_guard lock(guards_mutex);
     if (guards++ > 0) {
         return;
     }
@@ -46,8 +51,8 @@ InterruptGuard::InterruptGuard() : borrowed_(borrowed) {
     action.sa_handler = on_signal;
     action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
     for (std::size_t n = 0; n < kSignals.size(); ++n) {
-        ::sigaction(kSignals[n], nullptr, &before_[n]);
-        const bool stays_ignored = kSignals[n] == SIGHUP && before_[n].sa_handler == SIG_IGN;
+        ::sigaction(kSignals[n], nullptr, &handlers_before[n]);
+        const bool stays_ignored = kSignals[n] == SIGHUP && handlers_before[n].sa_handler == SIG_IGN;
         if (!stays_ignored) {
             ::sigaction(kSignals[n], &action, nullptr);
         }
@@ -55,11 +60,15 @@ InterruptGuard::InterruptGuard() : borrowed_(borrowed) {
 }
 
 InterruptGuard::~InterruptGuard() {
-    if (borrowed_ != nullptr || --guards > 0) {
+    if (borrowed_ != nullptr) {
+        return;
+    }
+    const std::lock_guard lock(guards_mutex);
+    if (--guards > 0) {
         return;
     }
     for (std::size_t n = 0; n < kSignals.size(); ++n) {
-        ::sigaction(kSignals[n], &before_[n], nullptr);
+        ::sigaction(kSignals[n], &handlers_before[n], nullptr);
     }
 }
 

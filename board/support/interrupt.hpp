@@ -45,7 +45,6 @@ public:
 private:
     static constexpr std::array<int, 4> kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT};
     BorrowedInterrupt* borrowed_;  // null: own handlers
-    std::array<struct sigaction, kSignals.size()> before_{};
 };
 
 }  // namespace tricoil::host

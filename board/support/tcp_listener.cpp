@@ -68,8 +68,9 @@ sockaddr_storage peer_of(int descriptor) {
     return address;
 }
 
-std::string peer_text(int descriptor) {
-    const sockaddr_storage address = peer_of(descriptor);
+std::string peer_text(int descriptor) { return address_text(peer_of(descriptor)); }
+
+std::string address_text(const sockaddr_storage& address) {
     std::array<char, NI_MAXHOST> host{};
     ::getnameinfo(reinterpret_cast<const sockaddr*>(&address), sizeof address, host.data(), host.size(),  // NOLINT
                   nullptr, 0, NI_NUMERICHOST);

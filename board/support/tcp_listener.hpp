@@ -38,6 +38,7 @@ void set_connection_options(int listening);
 /// Address of the client at the other end.
 sockaddr_storage peer_of(int descriptor);
 /// As in "127.0.0.1:40312".
+std::string address_text(const sockaddr_storage& address);
 std::string peer_text(int descriptor);
 
 class TcpListener {

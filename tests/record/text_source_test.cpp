@@ -226,6 +226,9 @@ TEST(TextRows, OtherColumnsMayHaveText) {
     EXPECT_EQ(frame->first_coil, 1);
     EXPECT_TRUE(frame->flags.has(ColumnFlag::stuck));
     EXPECT_THROW((void)rows.parse("anna,2,5,0.1,0.2,0.3,128"), host::InputError) << "a flag that does not exist";
+    EXPECT_THROW((void)rows.parse(R"({"time_us":1,"sensor":"1","state":1,"in_phase":[1,1,1]})"), host::InputError)
+        << "not sensor 0";
+    EXPECT_TRUE(rows.parse(R"({"time_us":1,"sensor":null,"state":1,"in_phase":[1,1,1],"note":"x"})"));
 }
 
 TEST(TextRows, AMatrixIsReadAsAWhole) {
@@ -242,23 +245,57 @@ TEST(TextRows, ADeepListCostsNothing) {
     EXPECT_THROW((void)rows.parse("{\"x\":" + std::string(30'000, '[') + std::string(30'000, ']') + "}"), host::InputError);
 }
 
+/// Columns of a sensor at rest at 0.5 m on x. jitter_us: of the stamps.
+std::string resting(int rate_hz, int frames, long long jitter_us = 0) {
+    std::string lines;
+    for (int n = 0; n < 3 * frames; ++n) {
+        const double coupling = 6.75e-3 / 0.125 * (n % 3 == 0 ? 1 : -0.5);
+        const long long time_us = n * 1'000'000LL / (3 * rate_hz) + (n * 7919 % 5 - 2) * jitter_us / 2;
+        nlohmann::json line{{"time_us", time_us}, {"state", 1 + n % 3}, {"sigma", 1e-6}, {"in_phase", {0, 0, 0}}};
+        line["in_phase"][static_cast<std::size_t>(n % 3)] = coupling;
+        lines += line.dump() + "\n";
+    }
+    return lines;
+}
+
 /// Hardware with other rates needs no key: times tell the rate, and whether the columns are simultaneous.
 TEST(TextSource, TheTimingFollowsFromTheTimes) {
-    for (const int rate_hz : {20, 100, 400}) {
-        std::string lines;
-        for (int n = 0; n < 3 * rate_hz; ++n) {  // a sensor at rest at 0.5 m on x
-            const double coupling = 6.75e-3 / 0.125 * (n % 3 == 0 ? 1 : -0.5);
-            nlohmann::json line{
-                {"time_us", n * 1'000'000LL / (3 * rate_hz)}, {"state", 1 + n % 3}, {"sigma", 1e-6}, {"in_phase", {0, 0, 0}}};
-            line["in_phase"][static_cast<std::size_t>(n % 3)] = coupling;
-            lines += line.dump() + "\n";
-        }
-        const auto run = tricoil("run --out - --device columns:" + write_file("text_rate", lines));
+    for (const auto& [rate_hz, jitter_us] : {std::pair{5, 0LL}, {20, 0LL}, {100, 200LL}, {240, 50LL}, {400, 0LL}}) {
+        const auto run = tricoil("run --out - --device columns:" + write_file("text_rate", resting(rate_hz, 60, jitter_us)));
         ASSERT_EQ(run.exit_code, 0) << run.err;
         const CsvTable poses(run.out);
-        EXPECT_GT(poses.rows(), static_cast<std::size_t>(3 * rate_hz - 6)) << rate_hz;
+        EXPECT_GT(poses.rows(), 170U) << rate_hz;
+        EXPECT_EQ(poses.number(poses.rows() - 1, "valid"), 1) << rate_hz;
         EXPECT_NEAR(poses.number(poses.rows() - 1, "x_m"), 0.5, 1e-6) << rate_hz;
     }
+    const auto slow = tricoil("run --tracker scaat --device columns:" + write_file("text_slow", resting(10, 20)));
+    EXPECT_EQ(slow.exit_code, 3) << "the filter does not take such columns, and says so";
+    EXPECT_THAT(slow.err, HasSubstr("at 10 frames a second"));
+}
+
+/// A line long before the others must not set the rate.
+TEST(TextSource, OneEarlyLineDoesNotSetTheTiming) {
+    const std::string early = R"({"time_us":-5000000,"state":1,"in_phase":[0.054,0,0],"sigma":1e-6})";
+    const auto run =
+        tricoil("run --json --tracker scaat --device columns:" + write_file("text_early", early + "\n" + resting(240, 60)));
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("\"valid\":1"));
+}
+
+/// Old lines of a pipe come at once; the 100 s between them have passed for the sensor.
+TEST(TextSource, AGapInAPipeIsNoShortTime) {
+    std::string late = resting(240, 30);
+    for (std::size_t at = 0; (at = late.find("\"time_us\":", at)) != std::string::npos; at += 12) {
+        late.insert(at + 10, "100");  // 100... us: at least 100 s later, in order of their digits
+    }
+    const std::string file = write_file("text_gap", resting(240, 30) + late);
+    const auto by_file = tricoil("run --json --device columns:" + file);
+    const auto by_pipe = run_program("bash -c 'cat " + file + " | " TRICOIL_PROGRAM " run --json --device columns:-'", "");
+    const auto restored = [](const std::string& out) {
+        return nlohmann::json::parse(out.substr(out.rfind('\n', out.size() - 2) + 1))["hemispheres_restored"].get<int>();
+    };
+    EXPECT_EQ(restored(by_file.out), 0);
+    EXPECT_EQ(restored(by_pipe.out), 0);
 }
 
 /// Defects that the recording knows stay with their columns.

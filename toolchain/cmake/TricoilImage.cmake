@@ -11,7 +11,7 @@ function(tricoil_image name)
   set_target_properties(${name} PROPERTIES SUFFIX .elf
     LINK_DEPENDS "${CMAKE_CURRENT_BINARY_DIR}/link.ld;${PROJECT_SOURCE_DIR}/board/cortex_m/sections.ld;${PROJECT_SOURCE_DIR}/toolchain/image-seal")
   target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} tricoil_cortex_m tricoil_options)
-  target_link_options(${name} PRIVATE -nostartfiles -nodefaultlibs -Wl,--gc-sections -Wl,-Map=${name}.map
+  target_link_options(${name} PRIVATE -nostartfiles -nodefaultlibs -Wl,--gc-sections -Wl,-Map=${CMAKE_CURRENT_BINARY_DIR}/${name}.map
     -L ${PROJECT_SOURCE_DIR}/board/cortex_m -T ${CMAKE_CURRENT_BINARY_DIR}/link.ld)
 
   find_package(Python3 REQUIRED COMPONENTS Interpreter)

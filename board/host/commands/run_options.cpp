@@ -136,7 +136,7 @@ void set_run_examples(CLI::App* sub) {
                        {"a recording, for tricoil replay, convert and plot", "tricoil run --tracker scaat --record take1"},
                        {"a front end or a tracker board on CAN FD", "tricoil run --device can:can0 --out poses.csv"},
                        {"couplings of other hardware, with their noise",
-                        "tricoil run --device couplings:frames.csv,rate_hz=100,sigma=1e-6 --out poses.csv"}});
+                        "tricoil run --device couplings:frames.csv,rate_hz=100,sigma=1e-6 --json"}});
 }
 
 }  // namespace

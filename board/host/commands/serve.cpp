@@ -205,8 +205,8 @@ void add_button(const ServeCommand& command, Server& server) {
     if (command.fastrak.empty()) {
         throw InputError("--button: only with --fastrak");
     }
-    if (command.button == "-" && linux_board::is_text_source(command.run->device) &&
-        linux_board::parse_text_name(command.run->device).where == "-") {
+    const std::string device = is_on_device(*command.run) ? device_options(*command.run).config.device : "";
+    if (command.button == "-" && linux_board::is_text_source(device) && linux_board::parse_text_name(device).where == "-") {
         throw InputError("--button - and --device exclude each other: both read standard input");
     }
     server.add(std::make_unique<ButtonInput>(command.button, server.button()));
