@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "board/linux/device_uri.hpp"
-#include "board/linux/text_source.hpp"
+#include "board/linux/text_name.hpp"
 #include "board/support/checked_table.hpp"
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"

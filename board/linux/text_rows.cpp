@@ -59,9 +59,11 @@ Row row_of_json(std::string_view line) {
         throw host::InputError("is not a JSON object");
     }
     Row row;
-    for (const auto& [name, value] : object.items()) {
+    for (const auto& item : object.items()) {
+        const std::string& name = item.key();
+        const nlohmann::json& value = item.value();
         const int index = index_of(name);
-        const auto is_named = [&, &key = name](const char* list) { return key == list && !value.is_null(); };
+        const auto is_named = [&](const char* list) { return name == list && !value.is_null(); };
         if (is_named("in_phase") || is_named("quadrature") || (is_named("sigma") && value.is_array())) {
             const int first = name == "in_phase" ? kInPhase : name == "quadrature" ? kQuadrature : kSigmas;
             for (int n = 0; n < 3; ++n) {

@@ -8,8 +8,6 @@
 
 #include "board/linux/column_timing.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/nearest_name.hpp"
-#include "board/support/text_table.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
@@ -18,43 +16,11 @@ namespace {
 constexpr Microseconds kShortestSilence{150'000};
 constexpr Microseconds kLongestStep_us{3'600'000'000};  // of stamps; one may be wrong
 constexpr int kSilentFrames = 3;
-constexpr double kSlowest_hz = 1;
-constexpr double kFastest_hz = 10'000;
 constexpr Microseconds kNoticeAfter{1'000'000};
 constexpr Microseconds kLongestGap{1'000'000};
 constexpr int kMostLines = 256;  // per step, so that a flood does not delay signals
 constexpr std::size_t kFirstFrames = 32;
 constexpr std::size_t kPeriods = 5;  // whose median is the period
-
-double positive(const std::string& device, const std::string& key, const std::string& text) {
-    const auto value = host::number_from<double>(text);
-    if (!value || !std::isfinite(*value) || *value <= 0) {
-        throw host::InputError(fmt::format("{}: {}={}: must be a positive number", device, key, text));
-    }
-    return *value;
-}
-
-void set_key(TextName& name, const std::string& device, const std::string& key, const std::string& value) {
-    switch (host::index_of_name("key of " + device, key, {"mux", "rate_hz", "sigma", "sensors"})) {
-        case 0:
-            name.multiplexing = static_cast<signal::Multiplexing>(host::index_of_name(device + ": mux", value, {"tdm", "fdm"}));
-            break;
-        case 1:
-            name.rate_hz = positive(device, key, value);
-            if (*name.rate_hz < kSlowest_hz || *name.rate_hz > kFastest_hz) {
-                throw host::InputError(fmt::format("{}: rate_hz={}: must be {} to {}", device, value, kSlowest_hz, kFastest_hz));
-            }
-            break;
-        case 2:
-            name.sigma = positive(device, key, value);
-            break;
-        default:
-            name.sensors = host::number_from<int>(value).value_or(0);
-            if (name.sensors < 1 || name.sensors > tracking::kMaxSensors) {
-                throw host::InputError(fmt::format("{}: sensors={}: must be 1 to {}", device, value, tracking::kMaxSensors));
-            }
-    }
-}
 
 /// What a text source cannot have.
 void refuse_device_options(const DeviceConfig& config) {
@@ -77,28 +43,6 @@ double rate_of(double period_us) {
 }
 
 }  // namespace
-
-TextName parse_text_name(const std::string& device) {
-    TextName name;
-    const std::size_t colon = device.find(':');
-    const std::string rest = device.substr(colon + 1);
-    const std::size_t comma = rest.find(',');
-    name.where = rest.substr(0, comma);
-    if (name.where.empty()) {
-        throw host::InputError(fmt::format("device '{}': needs -, tcp:PORT, udp:PORT or a file", device));
-    }
-    for (std::size_t begin = comma; begin != std::string::npos;) {
-        const std::size_t end = rest.find(',', begin + 1);
-        const std::string part = rest.substr(begin + 1, end == std::string::npos ? end : end - begin - 1);
-        const std::size_t equals = part.find('=');
-        if (equals == std::string::npos) {
-            throw host::InputError(fmt::format("device '{}': '{}' is not KEY=VALUE", device, part));
-        }
-        set_key(name, device.substr(0, colon), part.substr(0, equals), part.substr(equals + 1));
-        begin = end;
-    }
-    return name;
-}
 
 TextSource::TextSource(const DeviceConfig& config, const std::optional<calibration::Calibration<double>>& calibration,
                        tracking::TrackerTap<double>& tap)
@@ -252,7 +196,7 @@ std::optional<TextSource::Timing> TextSource::timing(bool is_all) const {
     if (!periods_us.empty()) {
         const auto middle = periods_us.begin() + static_cast<std::ptrdiff_t>(periods_us.size() / 2);
         std::nth_element(periods_us.begin(), middle, periods_us.end());
-        timing.rate_hz = std::clamp(rate_of(*middle), kSlowest_hz, kFastest_hz);
+        timing.rate_hz = std::clamp(rate_of(*middle), TextName::kSlowest_hz, TextName::kFastest_hz);
     }
     timing.rate_hz = name_.rate_hz.value_or(timing.rate_hz);
     return timing;

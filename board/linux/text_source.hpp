@@ -8,29 +8,13 @@
 #include "board/linux/device_setup.hpp"
 #include "board/linux/hemisphere_restorer.hpp"
 #include "board/linux/line_input.hpp"
+#include "board/linux/text_name.hpp"
 #include "board/linux/text_rows.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/stream/source.hpp"
-#include "core/signal/acquisition_plan.hpp"
 
 namespace tricoil::linux_board {
-
-/// columns:WHERE or couplings:WHERE, with the keys ",mux=tdm|fdm", ",rate_hz=R" (frames a second), both by default from the times
-/// of the first lines; ",sigma=S" (noise of a coupling, for lines without it); ",sensors=N" (1 to 4, default 1). WHERE: see
-/// LineInput.
-struct TextName {
-    std::string where;
-    std::optional<signal::Multiplexing> multiplexing;
-    std::optional<double> rate_hz;
-    std::optional<double> sigma;
-    int sensors = 1;
-};
-inline bool is_text_source(const std::string& device) {
-    return device.starts_with("columns:") || device.starts_with("couplings:");
-}
-/// Throws InputError that names the invalid part.
-TextName parse_text_name(const std::string& device);
 
 struct TextCounters {
     std::uint64_t lines = 0;
