@@ -181,7 +181,7 @@ std::optional<std::string> LineInput::take_line() {
         return std::nullopt;
     }
     std::string line = text_.substr(0, std::min(end, kLongestLine));
-    text_.erase(0, end == std::string::npos ? text_.size() : end + 1);
+    text_.erase(0, end == std::string::npos ? kLongestLine : end + 1);
     if (!line.empty() && line.back() == '\r') {
         line.pop_back();
     }

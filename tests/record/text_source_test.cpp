@@ -332,30 +332,29 @@ TEST(TextSource, APipeWaitsForItsReader) {
     EXPECT_EQ(source->dropped(), 0U);
 }
 
-/// A sender whose clock starts again goes on in the half space of the sensor, behind the source.
+/// A sender whose clock starts again goes on in the half space of the sensor, behind the source. At 2 m the sensor needs 1.3 s to
+/// the mirror image, so a busy machine has time.
 TEST(TextSource, ALaterSenderWithAnotherClockIsTracked) {
     const int port = free_port(SOCK_STREAM);
-    const auto source = host::open_source("couplings:tcp:" + std::to_string(port) + ",sigma=1e-6", "");
+    const auto source = host::open_source("couplings:tcp:" + std::to_string(port) + ",sigma=1e-7", "");
     ASSERT_TRUE(source->set_hemisphere(0, -Vec3<double>::UnitX())) << "before the first line";
+    constexpr double kCoupling = 6.75e-3 / 8;
     for (const int begin_s : {1000, 5}) {
         std::string lines;
         for (int n = 0; n < 60; ++n) {
             lines += nlohmann::json{{"time_us", begin_s * 1'000'000LL + 10'000 * n},
-                                    {"x", {{0.054, 0, 0}, {0, -0.027, 0}, {0, 0, -0.027}}}}
+                                    {"x", {{kCoupling, 0, 0}, {0, -kCoupling / 2, 0}, {0, 0, -kCoupling / 2}}}}
                          .dump() +
                      "\n";
         }
         send_to(SOCK_STREAM, port, {lines});
         tracking::PoseEstimate<double> pose;
-        tracking::PoseEstimate<double> last;
-        for (int n = 0; n < 60; ++n) {
-            if (source->poll(Microseconds{200'000}, pose) == host::PoseSource::Event::pose &&
-                !pose.flags.has(tracking::PoseFlag::stale)) {
-                last = pose;
-            }
+        for (int n = 0, poses = 0; n < 1000 && poses < 50; ++n) {
+            const bool is_new = source->poll(Microseconds{50'000}, pose) == host::PoseSource::Event::pose;
+            poses += is_new && !pose.flags.has(tracking::PoseFlag::stale) ? 1 : 0;
         }
-        EXPECT_TRUE(last.valid()) << begin_s;
-        EXPECT_NEAR(last.position_m.x(), -0.5, 1e-6) << begin_s;
+        EXPECT_TRUE(pose.valid()) << begin_s;
+        EXPECT_NEAR(pose.position_m.x(), -2, 1e-5) << begin_s;
     }
 }
 
