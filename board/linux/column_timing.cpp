@@ -4,8 +4,16 @@
 
 namespace tricoil::linux_board {
 
-void set_timing(signal::Multiplexing multiplexing, double frame_rate_hz, tracking::TrackerTap<double>::Settings& settings) {
+tracking::TrackerTap<double>::Settings tracker_settings(const DeviceLoopParams& params, int sensors,
+                                                        signal::Multiplexing multiplexing, double frame_rate_hz) {
+    tracking::TrackerTap<double>::Settings settings;
+    settings.sensors = sensors;
+    settings.calibration = params.calibration;
+    settings.tracker.method = params.method;
     tracking::CommonParams<double>& common = settings.tracker.common;
+    common.coupling_constant = params.coupling_constant_m3;
+    common.hemisphere = params.hemisphere;
+    common.confined = params.session.confined;
     const bool is_tdm = multiplexing == signal::Multiplexing::tdm;
     const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, frame_rate_hz));
     if (plan.ok()) {
@@ -20,6 +28,7 @@ void set_timing(signal::Multiplexing multiplexing, double frame_rate_hz, trackin
         *bands = tracking::dual_band_params(1 / frame_rate_hz);
     }
     host::set_deskew(settings.tracker.method, is_tdm);
+    return settings;
 }
 
 }  // namespace tricoil::linux_board

@@ -101,18 +101,11 @@ void DeviceLoop::take(const hal::ReceivedMessage& message) {
 
 void DeviceLoop::begin() {
     is_tdm_ = session_.identity().multiplexing == 0;
-    tracking::TrackerTap<double>::Settings settings;
-    settings.sensors = session_.identity().sensors;
-    settings.calibration = params_.calibration;
-    settings.tracker.method = params_.method;
-    tracking::CommonParams<double>& common = settings.tracker.common;
-    common.coupling_constant = params_.coupling_constant_m3;
-    common.hemisphere = params_.hemisphere;
-    common.confined = params_.session.confined;
-    set_timing(static_cast<signal::Multiplexing>(session_.identity().multiplexing),
-               1e-3 * session_.identity().frame_rate_millihertz, settings);
-    common.window_s = 1e-6 * session_.identity().window_us;
-    for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
+    const auto& identity = session_.identity();
+    auto settings = tracker_settings(params_, identity.sensors, static_cast<signal::Multiplexing>(identity.multiplexing),
+                                     1e-3 * identity.frame_rate_millihertz);
+    settings.tracker.common.window_s = 1e-6 * identity.window_us;
+    for (std::size_t n = 0; n < std::min<std::size_t>(identity.sensors, trackers_.size()); ++n) {
         trackers_[n].emplace(settings.tracker, settings.calibration);
     }
     if (params_.tap != nullptr) {

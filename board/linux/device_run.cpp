@@ -6,12 +6,10 @@
 #include <csignal>
 #include <cstring>
 
-#include "board/linux/device_source.hpp"
 #include "board/linux/fault_reporter.hpp"
 #include "board/linux/line_pump.hpp"
+#include "board/linux/link_source.hpp"
 #include "board/linux/realtime.hpp"
-#include "board/linux/text_source.hpp"
-#include "board/pose_text/flag_names.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/pose_text/pose_utc.hpp"
 #include "board/record/recorder.hpp"
@@ -27,43 +25,6 @@
 namespace tricoil::linux_board {
 namespace {
 
-nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceSource& source, const RealtimeStatus& realtime,
-                               const host::LinkHealth& health) {
-    const DeviceLoop& loop = source.loop();
-    const hal::MessagePort& port = source.port();
-    const DeviceSession& session = loop.session();
-    nlohmann::ordered_json refused = nlohmann::ordered_json::object();
-    for (std::size_t kind = 1; kind < protocol::kWireErrors; ++kind) {
-        const auto error = static_cast<protocol::WireError>(kind);
-        refused[protocol::kWireErrorNames[kind]] = session.refused().of(error) + port.wire_errors().of(error);
-    }
-    const LatencyHistogram& latency = loop.latency();
-    return {{"device", config.device},
-            {"serial", session.identity().serial},
-            {"starts", session.counters().starts},
-            {"silences", session.counters().silences},
-            {"columns", session.counters().columns},
-            {"columns_lost", session.counters().lost_columns},
-            {"poses_lost", session.counters().lost_poses},
-            {"poses", loop.counters().poses},
-            {"poses_valid", loop.counters().valid_poses},
-            {"refused", refused},
-            {"send_queue_full", port.counters().send_queue_full},
-            {"receive_dropped", port.counters().receive_dropped},
-            {"link_faults", port.counters().link_faults},
-            {"link_losses", port.counters().link_losses},
-            {"excitations", loop.counters().excitations},
-            {"sync_edges", loop.counters().sync_edges},
-            {"unpublished", loop.counters().unpublished},
-            {"hemispheres_restored", loop.counters().hemispheres_restored},
-            {"health", host::health_json(health)},
-            {"latency_us", {{"median", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}}},
-            {"clock_drift_ppm", 1e6 * session.clock_map().drift()},
-            {"clock_error_bound_us", session.clock_map().ready() ? session.clock_map().error_bound_us() : 0},
-            {"memory_locked", realtime.memory_locked},
-            {"fifo", realtime.fifo}};
-}
-
 /// Reports settings that were not granted. The loop runs without them.
 void print_realtime_refusals(const DeviceConfig& config, const RealtimeStatus& realtime) {
     if (config.lock_memory.value_or(false) && !realtime.memory_locked) {
@@ -76,34 +37,6 @@ void print_realtime_refusals(const DeviceConfig& config, const RealtimeStatus& r
             "tricoil: no real-time priority {} ({}); poses may come late: raise its limit (ulimit -r, or LimitRTPRIO)\n",
             config.priority, std::strerror(realtime.fifo_error));
     }
-}
-
-nlohmann::ordered_json summary(const DeviceConfig& config, const TextCounters& counters, const host::LinkHealth& health) {
-    return {{"device", config.device},
-            {"lines", counters.lines},
-            {"lines_refused", counters.refused_lines},
-            {"columns", counters.columns},
-            {"poses", counters.poses},
-            {"poses_valid", counters.valid_poses},
-            {"hemispheres_restored", counters.hemispheres_restored},
-            {"flags_seen", host::to_text(counters.flags)},
-            {"health", host::health_json(health)}};
-}
-
-std::string text_of(const host::Json& s) {
-    if (s.contains("lines")) {
-        return host::fill(
-                   s,
-                   "{device}: {poses} poses, {poses_valid} valid\n"
-                   "  lines    {lines} read, {lines_refused} refused; {columns} columns; flags of the poses: {flags_seen}\n") +
-               "  health   " + host::health_line(s["health"]) + "\n";
-    }
-    return host::fill(s,
-                      "{device}: {poses} poses, {poses_valid} valid\n"
-                      "  columns  {columns} received, {columns_lost} lost, {refused} messages refused; started {starts} times\n"
-                      "  latency  median {latency_us/median:.0f} us, 99 % {latency_us/p99:.0f} us, "
-                      "max {latency_us/max} us from the frame's arrival to the pose\n") +
-           "  health   " + host::health_line(s["health"]) + "\n  coils    off\n";
 }
 
 /// While an object exists, a closed pipe or a file size limit is a failed write and does not end the program, because the coils
@@ -209,13 +142,13 @@ public:
 
     /// Returns the reason to give up; empty: none. Throws DeviceError if the source has never started. reason: of that, for the
     /// user; empty: printed already.
-    std::string check(bool has_started, bool is_steady, const std::string& reason, HostTime now) {
+    std::string check(const LinkSource& source, const std::string& reason, HostTime now) {
         const std::string& device = options_.config.device;
-        if (options_.wait_s > 0 && !has_started && to_seconds(now - *begin_) > options_.wait_s) {
+        if (options_.wait_s > 0 && !source.has_started() && to_seconds(now - *begin_) > options_.wait_s) {
             throw host::DeviceError(fmt::format(
                 "{}: {}", device, reason.empty() ? fmt::format("not ready in {:g} s; giving up", options_.wait_s) : reason));
         }
-        steady_ = is_steady ? now : steady_;
+        steady_ = source.is_steady() ? now : steady_;
         const bool gives_up = options_.give_up_after_s > 0 && to_seconds(now - steady_) > options_.give_up_after_s;
         return gives_up ? fmt::format("{}: the device has not worked for {:g} s; giving up", device, options_.give_up_after_s)
                         : "";
@@ -249,9 +182,7 @@ private:
     host::PoseStages stages_;
     std::optional<host::Recorder> recorder_;
     host::TapFanOut taps_;
-    std::unique_ptr<host::Source> source_;  // null: closed
-    const DeviceSource* device_ = nullptr;  // the source, if it is a device
-    const TextSource* text_ = nullptr;      // the source, if it has text
+    std::unique_ptr<LinkSource> source_;  // null: closed
     FaultReporter reporter_;
     host::Progress progress_;
     RealtimeStatus realtime_;
@@ -263,19 +194,10 @@ DeviceRun::DeviceRun(const DeviceRunOptions& options)
     : options_(options),
       stages_(options.output, writer_),
       taps_{options.tap},
+      source_(open_link(options.config, options.calibration, taps_, host::ToolTips(options.output.tips))),
       reporter_(options.config.device, &taps_),
       progress_(options.config.device),
       limits_(options) {
-    if (is_text_source(options.config.device)) {
-        auto text = std::make_unique<TextSource>(options.config, options.calibration, taps_);
-        text_ = text.get();
-        source_ = std::move(text);
-    } else {
-        auto device =
-            std::make_unique<DeviceSource>(options.config, options.calibration, &taps_, host::ToolTips(options.output.tips));
-        device_ = device.get();
-        source_ = std::move(device);
-    }
     open_lines(options, writer_);
     writer_.start(stages_.units());
     if (!options.record.empty()) {
@@ -322,7 +244,7 @@ void DeviceRun::begin() {
     if (options_.loop.ready) {  // before real-time priority, which threads inherit
         options_.loop.ready();
     }
-    if (device_ != nullptr) {
+    if (source_->needs_realtime()) {
         realtime_ = request_realtime(options_.config.lock_memory.value_or(true), options_.config.priority);
         print_realtime_refusals(options_.config, realtime_);
     }
@@ -345,17 +267,8 @@ void DeviceRun::after_step(host::Source& source) {
         progress_.show(to_seconds(source.elapsed()) / options_.duration_s);
     }
     const HostTime now = drivers::host_now();
-    if (device_ != nullptr) {
-        const DeviceSession& session = device_->loop().session();
-        reporter_.check(session, device_->port(), now);
-        reporter_.check(device_->user_flags(), now);
-        const char* const detail = session.detail();
-        error_ =
-            limits_.check(session.counters().starts > 0, session.is_steady(), reporter_.has_printed(detail) ? "" : detail, now);
-    } else {
-        reporter_.check(text_->user_flags(), now);
-        error_ = limits_.check(text_->counters().columns > 0 || !text_->is_live(), text_->is_steady(), "", now);
-    }
+    source_->report(reporter_, now);
+    error_ = limits_.check(*source_, source_->reason(reporter_), now);
 }
 
 bool DeviceRun::is_any(bool (LinePump::*state)() const) {
@@ -371,9 +284,14 @@ int DeviceRun::finish(const host::LinkHealth& health) {
     const auto add_error = [this](const std::string& also) { error_ = error_.empty() ? also : error_; };
     writer_.each([&](LinePump& pump) { add_error(pump.close()); });
     add_error(recorder_ ? recorder_->close() : "");
-    const auto closing = device_ != nullptr ? summary(options_.config, *device_, realtime_, health)
-                                            : summary(options_.config, text_->counters(), health);
-    const bool has_valid = closing["poses_valid"] > 0;
+    auto closing = source_->summary();
+    std::string text = source_->text_of(closing);
+    closing["health"] = host::health_json(health);
+    if (source_->needs_realtime()) {
+        closing["memory_locked"] = realtime_.memory_locked;
+        closing["fifo"] = realtime_.fifo;
+    }
+    text += "  health   " + host::health_line(closing["health"]) + "\n";
     source_.reset();
     if (unread) {
         return kSignalled + SIGPIPE;
@@ -383,16 +301,12 @@ int DeviceRun::finish(const host::LinkHealth& health) {
     } else if (writer_.json) {
         host::print_text("{}\n", closing.dump());
     } else {
-        host::print_text(text_of(closing));
+        host::print_text(text);
     }
     if (!error_.empty()) {
         throw host::DeviceError(error_);
     }
-    if (text_ != nullptr && !has_valid && closing["columns"] > 2 * kSourceCoils) {
-        host::print_notice("tricoil: {}: {} columns gave no valid pose: do their times, state, mux and rate_hz agree?\n",
-                           options_.config.device, closing["columns"].get<std::uint64_t>());
-    }
-    return to_int(has_valid ? host::ExitCode::fine : host::ExitCode::check_failed);
+    return to_int(closing["poses_valid"] > 0 ? host::ExitCode::fine : host::ExitCode::check_failed);
 }
 
 }  // namespace

@@ -2,17 +2,16 @@
 
 #include "board/linux/device_uri.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
 namespace {
 
-constexpr Microseconds kLongestGap{1'000'000};  // between poses; longer: the device started again
-
 DeviceLoopParams make_params(const DeviceConfig& config, const std::optional<calibration::Calibration<double>>& calibration,
-                             tracking::TrackerTap<double>* tap, const host::ToolTips& tips) {
+                             tracking::TrackerTap<double>& tap, const host::ToolTips& tips) {
     DeviceLoopParams params = loop_params(config, calibration);
-    params.tap = tap;
+    params.tap = &tap;
     params.tips = tips;
     return params;
 }
@@ -35,8 +34,9 @@ const char* to_text(Phase phase) {
 }  // namespace
 
 DeviceSource::DeviceSource(const DeviceConfig& config, const std::optional<calibration::Calibration<double>>& calibration,
-                           tracking::TrackerTap<double>* tap, const host::ToolTips& tips)
-    : lines_(config.coils),
+                           tracking::TrackerTap<double>& tap, const host::ToolTips& tips)
+    : device_(config.device),
+      lines_(config.coils),
       port_(make_port(parse_device_uri(config.device))),
       loop_(*port_, lines_.lines(), make_params(config, calibration, tap, tips),
             [this](const tracking::PoseEstimate<double>& pose) { take(pose); }) {}
@@ -47,12 +47,8 @@ DeviceSource::~DeviceSource() {
 }
 
 void DeviceSource::take(const tracking::PoseEstimate<double>& pose) {
-    const Microseconds step = pose.time - newest_.value_or(pose.time);
-    elapsed_ += step.count() > 0 && step < kLongestGap ? step : Microseconds{};
-    newest_ = pose.time;
-    constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
-    user_flags_ = {};
-    user_flags_.set_if(pose.flags.has(kHemisphereUnknown), kHemisphereUnknown);
+    stamps_.follow(pose.time);
+    newest_flags_ = pose.flags;
 }
 
 bool DeviceSource::advance(Microseconds patience) {
@@ -87,6 +83,56 @@ std::optional<host::LinkState> DeviceSource::link_state() const {
 std::string DeviceSource::status() const {
     const char* const error = loop_.session().detail();
     return *error != '\0' ? error : to_text(loop_.session().phase());
+}
+
+std::string DeviceSource::reason(const FaultReporter& reporter) const {
+    const char* const detail = loop_.session().detail();
+    return reporter.has_printed(detail) ? "" : detail;
+}
+
+void DeviceSource::report(FaultReporter& reporter, HostTime now) const {
+    reporter.check(loop_.session(), *port_, now);
+    reporter.check(newest_flags_, now);
+}
+
+nlohmann::ordered_json DeviceSource::summary() const {
+    const DeviceSession& session = loop_.session();
+    nlohmann::ordered_json refused = nlohmann::ordered_json::object();
+    for (std::size_t kind = 1; kind < protocol::kWireErrors; ++kind) {
+        const auto error = static_cast<protocol::WireError>(kind);
+        refused[protocol::kWireErrorNames[kind]] = session.refused().of(error) + port_->wire_errors().of(error);
+    }
+    const LatencyHistogram& latency = loop_.latency();
+    return {{"device", device_},
+            {"serial", session.identity().serial},
+            {"starts", session.counters().starts},
+            {"silences", session.counters().silences},
+            {"columns", session.counters().columns},
+            {"columns_lost", session.counters().lost_columns},
+            {"poses_lost", session.counters().lost_poses},
+            {"poses", loop_.counters().poses},
+            {"poses_valid", loop_.counters().valid_poses},
+            {"refused", refused},
+            {"send_queue_full", port_->counters().send_queue_full},
+            {"receive_dropped", port_->counters().receive_dropped},
+            {"link_faults", port_->counters().link_faults},
+            {"link_losses", port_->counters().link_losses},
+            {"excitations", loop_.counters().excitations},
+            {"sync_edges", loop_.counters().sync_edges},
+            {"unpublished", loop_.counters().unpublished},
+            {"hemispheres_restored", loop_.counters().hemispheres_restored},
+            {"latency_us", {{"median", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}}},
+            {"clock_drift_ppm", 1e6 * session.clock_map().drift()},
+            {"clock_error_bound_us", session.clock_map().ready() ? session.clock_map().error_bound_us() : 0}};
+}
+
+std::string DeviceSource::text_of(const nlohmann::ordered_json& summary) const {
+    return host::fill(summary,
+                      "{device}: {poses} poses, {poses_valid} valid\n"
+                      "  columns  {columns} received, {columns_lost} lost, {refused} messages refused; started {starts} times\n"
+                      "  latency  median {latency_us/median:.0f} us, 99 % {latency_us/p99:.0f} us, "
+                      "max {latency_us/max} us from the frame's arrival to the pose\n"
+                      "  coils    off\n");
 }
 
 }  // namespace tricoil::linux_board

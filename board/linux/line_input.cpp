@@ -1,69 +1,36 @@
 #include "board/linux/line_input.hpp"
 
 #include <fcntl.h>
-#include <netdb.h>
-#include <poll.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <vector>
+#include <utility>
 
 #include "board/support/errors.hpp"
 #include "board/support/output_file.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
+#include "drivers/posix/poll.hpp"
 
 namespace tricoil::linux_board {
 namespace {
 
 constexpr Microseconds kClientSilence{5'000'000};  // then a waiting client replaces the present one
 
-int open_udp(const std::string& name, const host::TcpAddress& address) {
-    addrinfo hints{};
-    hints.ai_flags = AI_PASSIVE;
-    hints.ai_socktype = SOCK_DGRAM;
-    addrinfo* found = nullptr;
-    if (::getaddrinfo(address.host == "*" ? nullptr : address.host.c_str(), address.port.c_str(), &hints, &found) != 0) {
-        throw host::InputError(fmt::format("{}: this machine has no address {}", name, address.host));
-    }
-    const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, ::freeaddrinfo);
-    const int descriptor = ::socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    if (descriptor < 0 || ::bind(descriptor, found->ai_addr, found->ai_addrlen) != 0) {
-        const int error = errno;
-        drivers::FileDescriptor(descriptor).reset();
-        if (error == EADDRNOTAVAIL) {
-            throw host::InputError(fmt::format("{}: this machine has no address {}", name, address.host));
-        }
-        throw host::DeviceError(fmt::format("{}: {}; choose another port", name, std::strerror(error)));
-    }
-    return descriptor;
-}
-
 /// Not a regular file: a pipe or a terminal, which are read as they come.
-int open_file(const std::string& name, const std::string& path, bool& is_live) {
-    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+drivers::FileDescriptor open_file(const std::string& name, const std::string& path, bool& is_live) {
+    drivers::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
     struct stat status {};
-    if (descriptor < 0 || ::fstat(descriptor, &status) != 0 || S_ISDIR(status.st_mode)) {
-        const std::string reason = descriptor < 0 ? std::strerror(errno) : "is a folder";
-        drivers::FileDescriptor(descriptor).reset();
-        throw host::InputError(fmt::format("{}: cannot read it: {}", name, reason));
+    const bool is_open = ::fstat(file.get(), &status) == 0;
+    if (!is_open || S_ISDIR(status.st_mode)) {
+        throw host::InputError(fmt::format("{}: cannot read it: {}", name, is_open ? "is a folder" : std::strerror(errno)));
     }
     is_live = !S_ISREG(status.st_mode);
-    return descriptor;
+    return file;
 }
 
-bool waits(int descriptor, Microseconds patience) {
-    pollfd polled{descriptor, POLLIN, 0};
-    const timespec limit{0, std::clamp<std::int64_t>(patience.count(), 0, 999'999) * 1000};
-    return ::ppoll(&polled, 1, &limit, nullptr) > 0;
-}
-
-void warn_of_exposure(const std::string& name, const host::TcpAddress& address) {
-    if (!address.is_loopback()) {
-        host::print_notice("tricoil: {}: everyone who reaches this address can send couplings, which become poses\n", name);
-    }
-}
+bool has_data(int descriptor, Microseconds patience) { return drivers::wait_readable(descriptor, patience).ok(); }
 
 }  // namespace
 
@@ -74,23 +41,23 @@ LineInput::LineInput(const std::string& name, const std::string& where) : notice
         if (!input_.is_open()) {
             throw host::InputError(name + ": standard input is closed");
         }
-    } else if (scheme == "tcp:") {
-        const auto address = host::parse_tcp_address(name, where.substr(4));
-        listener_ = std::make_unique<host::TcpListener>(name, address);
-        warn_of_exposure(name, address);
-    } else if (scheme == "udp:") {
-        const auto address = host::parse_tcp_address(name, where.substr(4));
-        is_udp_ = true;
-        input_.reset(open_udp(name, address));
-        warn_of_exposure(name, address);
+    } else if (scheme == "tcp:" || scheme == "udp:") {
+        const auto address = host::parse_tcp_address(name, where.substr(scheme.size()));
+        is_udp_ = scheme == "udp:";
+        if (is_udp_) {
+            input_ = host::bind_socket(name, address, SOCK_DGRAM);
+        } else {
+            listener_ = std::make_unique<host::TcpListener>(name, address);
+        }
+        host::warn_of_exposure(name, address, "send couplings, which become poses");
     } else {
-        input_.reset(open_file(name, where, is_live_));
+        input_ = open_file(name, where, is_live_);
     }
 }
 
 /// One client at a time. A second one waits while the first has lines to read, and is then refused, unless the first is silent.
 void LineInput::accept_client(Microseconds patience) {
-    if (!waits(listener_->descriptor(), input_.is_open() ? Microseconds{0} : patience)) {
+    if (!has_data(listener_->descriptor(), input_.is_open() ? Microseconds{0} : patience)) {
         return;
     }
     drivers::FileDescriptor client(listener_->accept());
@@ -108,17 +75,16 @@ void LineInput::accept_client(Microseconds patience) {
     client_ = address;
     heard_ = drivers::host_now();
     notice_.print(fmt::format("client {} is connected", client_));
-    input_.reset(::dup(client.get()));
+    input_ = std::move(client);
     ++sender_;
     line_ = 0;
 }
 
 void LineInput::receive_datagram() {
-    std::vector<char> bytes(kLongestLine);  // no datagram is longer
     sockaddr_storage from{};
     socklen_t size = sizeof from;
-    const ssize_t count = ::recvfrom(input_.get(), bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from),
-                                     &size);  // NOLINT: socket interface
+    auto* const address_bytes = reinterpret_cast<sockaddr*>(&from);  // NOLINT: socket interface
+    const ssize_t count = ::recvfrom(input_.get(), received_.data(), received_.size(), 0, address_bytes, &size);
     if (count <= 0) {
         return;
     }
@@ -127,7 +93,7 @@ void LineInput::receive_datagram() {
         ++sender_;
         line_ = 0;
     }
-    text_.append(bytes.data(), static_cast<std::size_t>(count));
+    text_.append(received_.data(), static_cast<std::size_t>(count));
     if (text_.back() != '\n') {
         text_ += '\n';
     }
@@ -149,20 +115,19 @@ void LineInput::end_of_sender(bool is_clean) {
 }
 
 void LineInput::read(Microseconds patience) {
-    if (listener_ != nullptr && !(input_.is_open() && waits(input_.get(), Microseconds{0}))) {
+    if (listener_ != nullptr && !(input_.is_open() && has_data(input_.get(), Microseconds{0}))) {
         accept_client(patience);
     }
-    if (!input_.is_open() || (is_live_ && !waits(input_.get(), patience))) {
+    if (!input_.is_open() || (is_live_ && !has_data(input_.get(), patience))) {
         return;
     }
     if (is_udp_) {
         receive_datagram();
         return;
     }
-    std::vector<char> bytes(kLongestLine);
-    const ssize_t count = ::read(input_.get(), bytes.data(), bytes.size());
+    const ssize_t count = ::read(input_.get(), received_.data(), received_.size());
     if (count > 0) {
-        text_.append(bytes.data(), static_cast<std::size_t>(count));
+        text_.append(received_.data(), static_cast<std::size_t>(count));
         heard_ = drivers::host_now();
     } else if (count == 0) {
         end_of_sender(true);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "board/support/limited_notice.hpp"
 #include "board/support/tcp_listener.hpp"
@@ -53,7 +54,8 @@ private:
     bool is_live_ = true;
     bool is_udp_ = false;
     bool has_ended_ = false;
-    std::string text_;  // received, not yet taken
+    std::vector<char> received_ = std::vector<char>(kLongestLine);  // by one read; no datagram is longer
+    std::string text_;                                              // not yet taken
     std::size_t line_ = 0;
     int sender_ = 0;
 };

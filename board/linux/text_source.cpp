@@ -3,24 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "board/linux/column_timing.hpp"
+#include "board/pose_text/flag_names.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
 namespace {
 
 constexpr Microseconds kShortestSilence{150'000};
-constexpr Microseconds kLongestStep_us{3'600'000'000};  // of stamps; one may be wrong
+constexpr Microseconds kMostBetweenStamps{3'600'000'000};  // one may be wrong
 constexpr int kSilentFrames = 3;
 constexpr Microseconds kNoticeAfter{1'000'000};
-constexpr Microseconds kLongestGap{1'000'000};
 constexpr int kMostLines = 256;  // per step, so that a flood does not delay signals
-constexpr std::size_t kFirstFrames = 32;
-constexpr std::size_t kPeriods = 5;  // whose median is the period
 
 /// What a text source cannot have.
 void refuse_device_options(const DeviceConfig& config) {
@@ -33,13 +31,6 @@ void refuse_device_options(const DeviceConfig& config) {
     refuse(config.serial != 0, "serial");
     refuse(config.publish, "publish");
     refuse(config.priority > 0, "priority");
-}
-
-/// Exact rates are whole numbers; stamps in microseconds are rounded.
-double rate_of(double period_us) {
-    const double rate_hz = 1e6 / period_us;
-    const double whole = std::round(rate_hz);
-    return whole >= 1 && std::abs(rate_hz - whole) < 2e-3 * whole ? whole : rate_hz;
 }
 
 }  // namespace
@@ -63,9 +54,7 @@ void TextSource::PoseWatch::do_pose(const tracking::PoseEstimate<double>& pose) 
     ++counters_.poses;
     counters_.valid_poses += pose.valid() ? 1U : 0U;
     counters_.flags |= pose.flags;
-    constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
-    newest_ = {};
-    newest_.set_if(pose.flags.has(kHemisphereUnknown), kHemisphereUnknown);
+    newest_ = pose.flags;
     sides_[pose.sensor] = restorers_[pose.sensor].side(pose, now_);
 }
 
@@ -90,9 +79,13 @@ bool TextSource::advance(Microseconds patience) {
         line = n + 1 < most ? lines_.next(Microseconds{0}) : std::nullopt;
     }
     if (lines_.has_ended() && !has_begun_ && !first_frames_.empty()) {
-        begin(*timing(true));
+        begin(*timing_of(first_frames_, name_, true));
     }
     tick();
+    if (lines_.has_ended() && counters_.valid_poses == 0 && counters_.columns > 2 * kSourceCoils) {
+        notice_.print(
+            fmt::format("{} columns gave no valid pose: do their times, state, mux and rate_hz agree?", counters_.columns));
+    }
     return !lines_.has_ended();
 }
 
@@ -101,9 +94,7 @@ void TextSource::discard() {
     auto line = lines_.next(Microseconds{0});
     for (int n = 0; line && n < kMostLines; ++n) {
         try {
-            if (std::exchange(sender_, lines_.sender()) != lines_.sender()) {
-                rows_.restart();
-            }
+            follow_sender();
             (void)rows_.parse(*line);
         } catch (const host::InputError&) {  // not tracked anyway
         }
@@ -123,7 +114,7 @@ void TextSource::tick() {
     }
     const HostTime now = drivers::host_now();
     if (now - arrival_ > std::max(kNoticeAfter, silence_) && !std::exchange(is_silent_, true)) {
-        notice_.print("no column for 1 s");
+        notice_.print(fmt::format("no column for {:.1f} s", to_seconds(now - arrival_)));
     }
     for (std::size_t sensor = 0; sensor < streams_.size(); ++sensor) {
         const Stream& stream = streams_[sensor];
@@ -133,14 +124,19 @@ void TextSource::tick() {
     }
 }
 
-void TextSource::take(std::string_view line) {
-    if (std::exchange(sender_, lines_.sender()) != lines_.sender()) {
-        rows_.restart();
-        if (lines_.has_clients()) {  // another device, with a clock and a rate of its own
-            first_frames_.clear();
-            has_begun_ = false;
-        }
+void TextSource::follow_sender() {
+    if (std::exchange(sender_, lines_.sender()) == lines_.sender()) {
+        return;
     }
+    rows_.restart();
+    if (lines_.has_clients()) {  // another device, with a clock and a rate of its own
+        first_frames_.clear();
+        has_begun_ = false;
+    }
+}
+
+void TextSource::take(std::string_view line) {
+    follow_sender();
     if (const auto frame = rows_.parse(line)) {
         take_frame(*frame);
     }
@@ -162,61 +158,19 @@ void TextSource::take_frame(const TextFrame& frame) {
         return;
     }
     first_frames_.push_back(frame);
-    if (const auto known = timing(first_frames_.size() == kFirstFrames)) {
+    if (const auto known = timing_of(first_frames_, name_, false)) {
         begin(*known);
     }
 }
 
-/// From the times of the first frames, unless the keys tell. is_all: more frames do not come; nullopt is not returned.
-std::optional<TextSource::Timing> TextSource::timing(bool is_all) const {
-    std::vector<double> periods_us;  // from a coil of a sensor to the same coil
-    int ties = 0;                    // frames with the time of the one before
-    for (std::size_t n = 1; n < first_frames_.size(); ++n) {
-        const TextFrame& frame = first_frames_[n];
-        const auto is_before = [&](const TextFrame& f, bool is_same_coil) {
-            return f.sensor == frame.sensor && (f.first_coil == frame.first_coil) == is_same_coil && f.time_us && frame.time_us;
-        };
-        const auto end = first_frames_.rend();
-        const auto from = end - static_cast<std::ptrdiff_t>(n);
-        const auto same = std::find_if(from, end, [&](const TextFrame& f) { return is_before(f, true); });
-        const auto other = std::find_if(from, end, [&](const TextFrame& f) { return is_before(f, false); });
-        if (same != end && *frame.time_us > *same->time_us) {
-            periods_us.push_back(*frame.time_us - *same->time_us);
-        }
-        ties += other != end && *frame.time_us == *other->time_us ? 1 : 0;
-    }
-    const bool is_matrix = first_frames_.front().coils > 1;
-    const bool is_enough = is_all || periods_us.size() >= kPeriods || (is_matrix && name_.rate_hz);
-    if (!is_enough) {
-        return std::nullopt;
-    }
-    Timing timing;
-    const bool is_simultaneous = is_matrix || 2 * ties > static_cast<int>(first_frames_.size()) - 1;
-    timing.multiplexing = name_.multiplexing.value_or(is_simultaneous ? signal::Multiplexing::fdm : signal::Multiplexing::tdm);
-    if (!periods_us.empty()) {
-        const auto middle = periods_us.begin() + static_cast<std::ptrdiff_t>(periods_us.size() / 2);
-        std::nth_element(periods_us.begin(), middle, periods_us.end());
-        timing.rate_hz = std::clamp(rate_of(*middle), TextName::kSlowest_hz, TextName::kFastest_hz);
-    }
-    timing.rate_hz = name_.rate_hz.value_or(timing.rate_hz);
-    return timing;
-}
-
-void TextSource::begin(const Timing& timing) {
+void TextSource::begin(const TextTiming& timing) {
     timing_ = timing;
     const Microseconds some_frames = kSilentFrames * microseconds_from_seconds(1 / timing.rate_hz);
     silence_ = std::max(kShortestSilence, some_frames);
-    tracking::TrackerTap<double>::Settings settings;
-    settings.sensors = name_.sensors;
-    settings.calibration = params_.calibration;
-    settings.tracker.method = params_.method;
+    auto settings = tracker_settings(params_, name_.sensors, timing.multiplexing, timing.rate_hz);
     tracking::CommonParams<double>& common = settings.tracker.common;
-    common.coupling_constant = params_.coupling_constant_m3;
-    common.hemisphere = params_.hemisphere;
-    common.confined = params_.session.confined;
     common.lost_after = std::max(common.lost_after, some_frames);
     common.search_after = std::max(common.search_after, 2 * some_frames);
-    set_timing(timing.multiplexing, timing.rate_hz, settings);
     if (!first_frames_.front().has_quadrature) {
         common.quadrature_floor = 1;
         if (settings.calibration) {
@@ -266,15 +220,13 @@ void TextSource::track(const TextFrame& frame) {
     }
 }
 
-/// Times of several sensors may go back by a little. A pipe may hold old lines: then more time has passed in them than here.
+/// A pipe may hold old lines: then more time has passed in them than here.
 void TextSource::follow_clock(Stream& stream, DeviceTime now) {
     const HostTime host_now = drivers::host_now();
-    const Microseconds of_stamps = std::min(now - newest_.value_or(now), kLongestStep_us);
-    clock_ += std::max(of_stamps, newest_ ? host_now - arrival_ : Microseconds{});
+    const Microseconds of_stamps = std::min(now - stamps_.newest().value_or(now), kMostBetweenStamps);
+    clock_ += std::max(of_stamps, stamps_.newest() ? host_now - arrival_ : Microseconds{});
     poses_.set_clock(clock_);
-    elapsed_ += of_stamps.count() > 0 && of_stamps < kLongestGap ? of_stamps : Microseconds{};
-    const bool is_earlier = of_stamps.count() < 0 && of_stamps > -kLongestGap;
-    newest_ = is_earlier ? *newest_ : now;
+    stamps_.follow(now);
     stream.newest = now;
     stream.arrival = arrival_ = host_now;
     is_silent_ = false;
@@ -292,19 +244,36 @@ bool TextSource::set_hemisphere(std::size_t sensor, const Vec3<double>& towards)
     return true;
 }
 
-bool TextSource::is_steady() const { return newest_ && (!is_live() || drivers::host_now() - arrival_ <= silence_); }
+bool TextSource::is_steady() const { return stamps_.newest() && (!is_live() || drivers::host_now() - arrival_ <= silence_); }
 
 std::optional<host::LinkState> TextSource::link_state() const {
     const HostTime now = drivers::host_now();
     host::HealthCounts counts;
     counts.received = counters_.columns;
     counts.refused = counters_.refused_lines;
-    counts.age = is_live() && newest_ ? now - arrival_ : Microseconds{};
+    counts.age = is_live() && stamps_.newest() ? now - arrival_ : Microseconds{};
     return host::LinkState{counts, now - HostTime{}};
 }
 
 std::string TextSource::status() const {
-    return lines_.has_ended() ? "the lines have ended" : newest_ ? "running" : "waiting for the first line";
+    return lines_.has_ended() ? "the lines have ended" : stamps_.newest() ? "running" : "waiting for the first line";
+}
+
+nlohmann::ordered_json TextSource::summary() const {
+    return {{"device", device_},
+            {"lines", counters_.lines},
+            {"lines_refused", counters_.refused_lines},
+            {"columns", counters_.columns},
+            {"poses", counters_.poses},
+            {"poses_valid", counters_.valid_poses},
+            {"hemispheres_restored", counters_.hemispheres_restored},
+            {"flags_seen", host::to_text(counters_.flags)}};
+}
+
+std::string TextSource::text_of(const nlohmann::ordered_json& summary) const {
+    return host::fill(summary,
+                      "{device}: {poses} poses, {poses_valid} valid\n"
+                      "  lines    {lines} read, {lines_refused} refused; {columns} columns; flags of the poses: {flags_seen}\n");
 }
 
 }  // namespace tricoil::linux_board

@@ -8,11 +8,11 @@
 #include "board/linux/device_setup.hpp"
 #include "board/linux/hemisphere_restorer.hpp"
 #include "board/linux/line_input.hpp"
-#include "board/linux/text_name.hpp"
-#include "board/linux/text_rows.hpp"
+#include "board/linux/link_source.hpp"
+#include "board/linux/text_timing.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/record/tap_fan_out.hpp"
-#include "board/stream/source.hpp"
+#include "board/stream/stream_clock.hpp"
 
 namespace tricoil::linux_board {
 
@@ -28,7 +28,7 @@ struct TextCounters {
 
 /// Lines: see TextRows. Couplings without time have that of the key rate_hz. In a file, a wrong line ends the run with
 /// InputError. In a stream it is counted and reported.
-class TextSource final : public host::Source {
+class TextSource final : public LinkSource {
 public:
     /// calibration: content of the file config.calibration. `tap` must outlive this object. Throws InputError for an invalid
     /// configuration, DeviceError for a port in use.
@@ -41,15 +41,17 @@ public:
     bool set_hemisphere(std::size_t sensor, const Vec3<double>& towards) override;
     [[nodiscard]] bool is_live() const override { return lines_.is_live(); }
     [[nodiscard]] bool is_lossy() const override { return lines_.is_lossy(); }
-    [[nodiscard]] Microseconds elapsed() const override { return elapsed_; }
+    [[nodiscard]] Microseconds elapsed() const override { return stamps_.elapsed(); }
     [[nodiscard]] std::optional<host::LinkState> link_state() const override;
     [[nodiscard]] std::string status() const override;
 
-    [[nodiscard]] const TextCounters& counters() const { return counters_; }
-    /// Flags of the newest pose that the user can clear by an action.
-    [[nodiscard]] tracking::PoseFlags user_flags() const { return poses_.newest(); }
-    /// True if a column came within the last 150 ms.
-    [[nodiscard]] bool is_steady() const;
+    [[nodiscard]] bool has_started() const override { return counters_.columns > 0 || !is_live(); }
+    [[nodiscard]] bool is_steady() const override;
+    [[nodiscard]] std::string reason(const FaultReporter& /*reporter*/) const override { return ""; }
+    void report(FaultReporter& reporter, HostTime now) const override { reporter.check(poses_.newest(), now); }
+    [[nodiscard]] bool needs_realtime() const override { return false; }
+    [[nodiscard]] nlohmann::ordered_json summary() const override;
+    [[nodiscard]] std::string text_of(const nlohmann::ordered_json& summary) const override;
 
 private:
     /// Counts poses on their way, and finds lost hemispheres again.
@@ -59,6 +61,7 @@ private:
         /// Time of the next pose: the host's, or that of the stamps if more of it has passed.
         void set_clock(HostTime now) { now_ = now; }
         [[nodiscard]] bool has_tracked(std::size_t sensor) const { return restorers_[sensor].has_tracked(); }
+        /// Flags of the newest pose.
         [[nodiscard]] tracking::PoseFlags newest() const { return newest_; }
         /// Hemisphere of the sensor, if its last pose lacked it and it is known.
         std::optional<Vec3<double>> take_side(std::size_t sensor) { return std::exchange(sides_[sensor], std::nullopt); }
@@ -72,10 +75,6 @@ private:
         HostTime now_;
         tracking::PoseFlags newest_;
     };
-    struct Timing {
-        signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
-        double rate_hz = 240;
-    };
     /// Of one sensor.
     struct Stream {
         std::uint32_t frames = 0;
@@ -86,9 +85,9 @@ private:
 
     void take(std::string_view line);
     void take_frame(const TextFrame& frame);
+    void follow_sender();
     void discard();
-    [[nodiscard]] std::optional<Timing> timing(bool is_all) const;
-    void begin(const Timing& timing);
+    void begin(const TextTiming& timing);
     void track(const TextFrame& frame);
     void follow_clock(Stream& stream, DeviceTime now);
     void tick();
@@ -108,14 +107,13 @@ private:
     bool has_begun_ = false;
     bool discards_ = false;
     bool is_silent_ = false;
-    Timing timing_;
+    TextTiming timing_;
     Microseconds silence_;  // longest time without a column before poses are flagged stale
     std::array<Stream, tracking::kMaxSensors> streams_;
     std::uint32_t columns_ = 0;
-    std::optional<DeviceTime> newest_;  // of all sensors
-    HostTime arrival_;                  // of the newest column
-    HostTime clock_;                    // see PoseWatch::set_clock()
-    Microseconds elapsed_;
+    host::StreamClock stamps_;  // of all sensors
+    HostTime arrival_;          // of the newest column
+    HostTime clock_;            // see PoseWatch::set_clock()
 };
 
 }  // namespace tricoil::linux_board

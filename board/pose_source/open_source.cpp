@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "board/linux/device_config.hpp"
-#include "board/linux/device_source.hpp"
-#include "board/linux/text_source.hpp"
+#include "board/linux/link_source.hpp"
+#include "board/linux/text_name.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/simulation/simulated_source.hpp"
 #include "board/support/calibration_file.hpp"
@@ -173,13 +173,7 @@ std::unique_ptr<PoseSource> open_device(const std::string& name, const std::stri
     const auto calibration =
         config.calibration.empty() ? std::nullopt : std::optional(read_calibration(config.calibration).calibration);
     return std::make_unique<PoseSource>(
-        [&](auto& tap) -> std::shared_ptr<Source> {
-            if (linux_board::is_text_source(config.device)) {
-                return std::make_shared<linux_board::TextSource>(config, calibration, tap);
-            }
-            return std::make_shared<linux_board::DeviceSource>(config, calibration, &tap);
-        },
-        false);
+        [&](auto& tap) { return std::shared_ptr<Source>(linux_board::open_link(config, calibration, tap)); }, false);
 }
 
 }  // namespace

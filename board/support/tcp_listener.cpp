@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "board/support/errors.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/text_table.hpp"
 
 namespace tricoil::host {
@@ -22,6 +23,20 @@ int port_of(const sockaddr_storage& address) {
     const auto* v4 = reinterpret_cast<const sockaddr_in*>(&address);   // NOLINT: socket interface
     const auto* v6 = reinterpret_cast<const sockaddr_in6*>(&address);  // NOLINT
     return ntohs(address.ss_family == AF_INET6 ? v6->sin6_port : v4->sin_port);
+}
+
+std::string name_of(const std::string& option, const TcpAddress& address) {
+    return fmt::format("{} {}", option, address.text(std::stoi(address.port)));
+}
+
+[[noreturn]] void throw_unusable(const std::string& name, int error) {
+    if (error == EADDRINUSE) {
+        throw DeviceError(name + ": the port is used by another program; choose another port, or end that program");
+    }
+    if (error == EACCES) {
+        throw InputError(name + ": ports below 1024 need root; choose another port");
+    }
+    throw InputError(fmt::format("{}: cannot listen ({})", name, std::strerror(error)));
 }
 
 }  // namespace
@@ -77,30 +92,40 @@ std::string address_text(const sockaddr_storage& address) {
     return TcpAddress{host.data(), {}}.text(port_of(address));
 }
 
-TcpListener::TcpListener(const std::string& option, const TcpAddress& address) {
-    const std::string name = fmt::format("{} {}", option, address.text(std::stoi(address.port)));
+drivers::FileDescriptor bind_socket(const std::string& option, const TcpAddress& address, int type) {
+    const std::string name = name_of(option, address);
     addrinfo hints{};
     hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
-    hints.ai_socktype = SOCK_STREAM;
+    hints.ai_socktype = type;
     addrinfo* found = nullptr;
     const int failure = ::getaddrinfo(address.host == "*" ? nullptr : address.host.c_str(), address.port.c_str(), &hints, &found);
     if (failure != 0) {
         throw InputError(fmt::format("{}: no such address ({}); give an address of this machine", name, ::gai_strerror(failure)));
     }
     const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(found, ::freeaddrinfo);
-    descriptor_.reset(::socket(found->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    const int yes = 1;
-    ::setsockopt(descriptor_.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    drivers::FileDescriptor descriptor(::socket(found->ai_family, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    if (type == SOCK_STREAM) {
+        const int yes = 1;
+        ::setsockopt(descriptor.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    }
+    if (::bind(descriptor.get(), found->ai_addr, found->ai_addrlen) != 0) {
+        throw_unusable(name, errno);
+    }
+    return descriptor;
+}
+
+void warn_of_exposure(const std::string& option, const TcpAddress& address, const std::string& can) {
+    if (!address.is_loopback()) {
+        print_notice("tricoil: {}: everyone who reaches this address can {}; there is no encryption\n", name_of(option, address),
+                     can);
+    }
+}
+
+TcpListener::TcpListener(const std::string& option, const TcpAddress& address)
+    : descriptor_(bind_socket(option, address, SOCK_STREAM)) {
     set_connection_options(descriptor_.get());
-    if (::bind(descriptor_.get(), found->ai_addr, found->ai_addrlen) != 0 || ::listen(descriptor_.get(), kBacklog) != 0) {
-        const int error = errno;
-        if (error == EADDRINUSE) {
-            throw DeviceError(name + ": the port is used by another program; choose another port, or end that program");
-        }
-        if (error == EACCES) {
-            throw InputError(name + ": ports below 1024 need root; choose another port");
-        }
-        throw InputError(fmt::format("{}: cannot listen ({})", name, std::strerror(error)));
+    if (::listen(descriptor_.get(), kBacklog) != 0) {
+        throw_unusable(name_of(option, address), errno);
     }
     sockaddr_storage own{};
     socklen_t size = sizeof own;

@@ -1,4 +1,4 @@
-// Listening TCP port.
+// Ports of this machine: addresses, listening sockets.
 #pragma once
 
 #include <sys/socket.h>
@@ -29,6 +29,13 @@ struct TcpAddress {
 /// Throws InputError, beginning with `option`, for an invalid address.
 TcpAddress parse_tcp_address(const std::string& option, const std::string& text);
 
+/// Opens a socket that does not block, and binds it. type: SOCK_STREAM or SOCK_DGRAM. Throws InputError for an address that this
+/// machine does not have or a port that needs root, DeviceError for a port in use; both name `option`.
+drivers::FileDescriptor bind_socket(const std::string& option, const TcpAddress& address, int type);
+
+/// Prints a notice if `address` is not loopback. can: what everyone who reaches it can do.
+void warn_of_exposure(const std::string& option, const TcpAddress& address, const std::string& can);
+
 /// A connection ends if the other machine does not answer, or its program does not read waiting data, for this time.
 inline constexpr std::chrono::seconds kSilenceLimit{30};
 
@@ -43,8 +50,7 @@ std::string peer_text(int descriptor);
 
 class TcpListener {
 public:
-    /// Throws InputError for an address that this machine does not have or a port that needs root, DeviceError for a port in use;
-    /// both name `option`.
+    /// Throws the errors of bind_socket().
     TcpListener(const std::string& option, const TcpAddress& address);
 
     [[nodiscard]] int descriptor() const { return descriptor_.get(); }

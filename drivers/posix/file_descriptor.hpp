@@ -3,14 +3,19 @@
 
 #include <unistd.h>
 
+#include <utility>
+
 namespace tricoil::drivers {
 
 class FileDescriptor {
 public:
     FileDescriptor() = default;
     explicit FileDescriptor(int fd) : fd_(fd) {}
-    FileDescriptor(const FileDescriptor&) = delete;
-    FileDescriptor& operator=(const FileDescriptor&) = delete;
+    FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    FileDescriptor& operator=(FileDescriptor&& other) noexcept {
+        reset(std::exchange(other.fd_, -1));
+        return *this;
+    }
     ~FileDescriptor() { reset(); }
 
     [[nodiscard]] int get() const { return fd_; }

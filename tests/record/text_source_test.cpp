@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "board/linux/line_input.hpp"
+#include "board/linux/link_source.hpp"
 #include "board/linux/text_rows.hpp"
 #include "board/pose_source/open_source.hpp"
 #include "board/support/errors.hpp"
@@ -88,14 +89,19 @@ int free_port(int type) {
     return ntohs(address.sin_port);
 }
 
-/// Sends each text in one piece.
-void send_to(int type, int port, const std::vector<std::string>& texts) {
+int connect_to(int type, int port) {
     const int client = ::socket(AF_INET, type, 0);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    ASSERT_EQ(::connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket interface
+    EXPECT_EQ(::connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket interface
+    return client;
+}
+
+/// Sends each text in one piece.
+void send_to(int type, int port, const std::vector<std::string>& texts) {
+    const int client = connect_to(type, port);
     for (const std::string& text : texts) {
         EXPECT_EQ(::send(client, text.data(), text.size(), 0), static_cast<ssize_t>(text.size()));
     }
@@ -197,7 +203,7 @@ TEST(TextSource, WrongNamesAreRefused) {
                                                           {"columns:-,mux=dual-band", "choices: tdm, fdm"},
                                                           {"columns:-,sensors=5", "must be 1 to 4"},
                                                           {"columns:tcp:99999", "needs a port number"},
-                                                          {"columns:udp:none.invalid:5000", "this machine has no address"},
+                                                          {"columns:udp:none.invalid:5000", "no such address"},
                                                           {"couplings:/nonexistent/x.csv", "cannot read it"},
                                                           {"couplings:/", "is a folder"},
                                                           {"columns:- --tracker dual-band", "columns of one band"}}) {
@@ -358,6 +364,41 @@ TEST(TextSource, ALaterSenderWithAnotherClockIsTracked) {
     }
 }
 
+/// Its rate is its own, also if its first lines came during a pause and were not tracked.
+TEST(TextSource, ASenderOfAPauseIsAnotherDevice) {
+    struct Begins final : tracking::TrackerTap<double> {
+        void do_begin(const Settings& settings) override { spans_us.push_back(settings.tracker.common.max_column_span.count()); }
+        std::vector<std::int64_t> spans_us;
+    } begins;
+    const int port = free_port(SOCK_STREAM);
+    linux_board::DeviceConfig config;
+    config.device = "columns:tcp:" + std::to_string(port);
+    const auto source = linux_board::open_link(config, {}, begins);
+    const auto send_columns = [&](int period_us) {
+        std::string lines;
+        for (int n = 0; n < 60; ++n) {
+            lines += column_line(1 + n % 3, period_us * n) + "\n";
+        }
+        send_to(SOCK_STREAM, port, {lines});
+    };
+    const auto step = [&](std::size_t wanted) {
+        for (int n = 0; n < 200 && begins.spans_us.size() < wanted; ++n) {
+            source->advance(Microseconds{5'000});
+        }
+    };
+    send_columns(20'000);
+    step(1);
+    send_columns(5'000);
+    for (int n = 0; n < 20; ++n) {
+        source->rest();
+        source->advance(Microseconds{5'000});
+    }
+    send_columns(5'000);
+    step(2);
+    ASSERT_EQ(begins.spans_us.size(), 2U);
+    EXPECT_GT(begins.spans_us.front(), 2 * begins.spans_us.back());
+}
+
 TEST(LineInput, ALongDatagramIsComplete) {
     const int port = free_port(SOCK_DGRAM);
     linux_board::LineInput input("columns:", "udp:" + std::to_string(port));
@@ -370,12 +411,7 @@ TEST(LineInput, ALongDatagramIsComplete) {
 TEST(LineInput, ASecondClientIsRefusedWhileTheFirstSends) {
     const int port = free_port(SOCK_STREAM);
     linux_board::LineInput input("columns:", "tcp:" + std::to_string(port));
-    const int first = ::socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(static_cast<std::uint16_t>(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    ASSERT_EQ(::connect(first, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket interface
+    const int first = connect_to(SOCK_STREAM, port);
     ASSERT_EQ(::send(first, "one\n", 4, 0), 4);
     EXPECT_THAT(lines_of(input, 1), ::testing::ElementsAre("one"));
     send_to(SOCK_STREAM, port, {"intruder\n"});

@@ -19,7 +19,7 @@
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/udp_service.hpp"
-#include "board/linux/text_source.hpp"
+#include "board/linux/text_name.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/record/tap_fan_out.hpp"
@@ -80,13 +80,10 @@ Access access_of(const ServeCommand& command) {
     return access;
 }
 
-/// Prints a warning if an address other than loopback is used.
-void warn_of_exposure(const char* option, const TcpAddress& address, Controls controls) {
-    if (!address.is_loopback()) {
-        print_notice("tricoil: {} {}: everyone who reaches this address can read poses{}; there is no encryption\n", option,
-                     address.text(std::stoi(address.port)),
-                     controls == Controls::open ? ", switch the coils, set the hemisphere and record" : "");
-    }
+constexpr const char* kReadPoses = "read poses";
+
+const char* can_do(Controls controls) {
+    return controls == Controls::open ? "read poses, switch the coils, set the hemisphere and record" : kReadPoses;
 }
 
 #ifdef TRICOIL_WITH_OPENIGTLINK
@@ -100,7 +97,7 @@ void add_openigtlink(const ServeCommand& command, Server& server, Addresses& add
         return;
     }
     const TcpAddress address = parse_tcp_address(kOption, command.openigtlink);
-    warn_of_exposure(kOption, address, Controls::none);  // its clients have no controls
+    warn_of_exposure(kOption, address, kReadPoses);  // its clients have no controls
     auto service = std::make_unique<TcpService<igtl_output::Session>>(kOption, address, [&server, names](Stream& stream) {
         auto session = std::make_unique<igtl_output::Session>(stream, names);
         session->set_newest(server.hub().newest());
@@ -130,7 +127,7 @@ void add_websocket(const ServeCommand& command, const PoseUnits& units, Server& 
         kOption, address,
         [&command, units](Stream& stream) { return std::make_unique<websocket::Session>(stream, command.origins, units); },
         websocket::kLimits);
-    warn_of_exposure(kOption, address, Controls::none);
+    warn_of_exposure(kOption, address, kReadPoses);
     const TcpAddress shown = address.is_any() ? TcpAddress{"localhost", ""} : address;
     addresses["websocket"] = fmt::format("ws://{}/", shown.text(service->port()));
     server.add(std::move(service));
@@ -168,7 +165,7 @@ json_lines::StdoutSender* add_outputs(const ServeCommand& command, Controls cont
     for (const std::string& where : command.fastrak) {
         auto output = fastrak::make_output(where, command.fastrak_continuous, controls, server.hub(), control, server.button());
         if (where.starts_with("tcp:")) {
-            warn_of_exposure("--fastrak", parse_tcp_address("--fastrak", where.substr(4)), controls);
+            warn_of_exposure("--fastrak", parse_tcp_address("--fastrak", where.substr(4)), can_do(controls));
         }
         addresses["fastrak"].push_back(output.address);
         server.add(std::move(output.service));
@@ -185,7 +182,7 @@ json_lines::StdoutSender* add_outputs(const ServeCommand& command, Controls cont
         }
         auto output = json_lines::make_output(where, units);
         if (where.starts_with("tcp:")) {
-            warn_of_exposure("--json-lines", output.address, Controls::none);
+            warn_of_exposure("--json-lines", output.address, kReadPoses);
         } else {
             warn_of_sending("--json-lines", output.address, where);
         }
@@ -249,7 +246,7 @@ void add_page(const ServeCommand& command, const Access& access, Server& server,
     const TcpAddress address = parse_tcp_address("--web", command.web);
     auto page = web::make_output(address, access, server.hub(), control, recordings, server.button());
     server.add_apart(std::move(page.service));
-    warn_of_exposure("--web", address, access.controls);
+    warn_of_exposure("--web", address, can_do(access.controls));
     addresses["web"] = page.url;
     publish_link(command, page.control_url, addresses);
 }

@@ -1,0 +1,35 @@
+// Time that passed in a stream whose clock may start again.
+#pragma once
+
+#include <optional>
+
+#include "core/base/time.hpp"
+
+namespace tricoil::host {
+
+class StreamClock {
+public:
+    /// A longer step, forward or back, is a clock that started again.
+    static constexpr Microseconds kLongestGap{1'000'000};
+
+    /// Call it with each stamp. Those of several sensors may go back by a little.
+    void follow(DeviceTime now) {
+        const Microseconds step = now - newest_.value_or(now);
+        const bool is_restart = step > kLongestGap || step < -kLongestGap;
+        if (!is_restart && step.count() > 0) {
+            elapsed_ += step;
+        }
+        newest_ = is_restart || step.count() >= 0 ? now : *newest_;
+    }
+
+    /// Newest stamp since the clock started; empty: none yet.
+    [[nodiscard]] const std::optional<DeviceTime>& newest() const { return newest_; }
+    /// Summed over restarts, without their gaps.
+    [[nodiscard]] Microseconds elapsed() const { return elapsed_; }
+
+private:
+    std::optional<DeviceTime> newest_;
+    Microseconds elapsed_;
+};
+
+}  // namespace tricoil::host
