@@ -14,11 +14,12 @@ async function openPage(browser, html, {
   const server = await scripted(html, recordings);
   const own = await browser.newContext({viewport, ...context});
   const page = await own.newPage();
+  page.setDefaultTimeout(120000);  // rendered in software: on a busy machine each step may take long
   const errors = [];
   page.on('pageerror', error => errors.push(String(error)));
   await page.goto(server.url);
   while (!server.connected()) await page.waitForTimeout(20);
-  const wait = (condition, argument = null) => page.waitForFunction(condition, argument, {timeout: 30000});
+  const wait = (condition, argument = null) => page.waitForFunction(condition, argument);
   return {
     server,
     page,

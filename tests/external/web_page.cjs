@@ -68,7 +68,7 @@ async function refuseStrangers(url, controls) {
 /// Records under a name, and plays the recording.
 async function recordAndPlay(page, server, folder) {
   const answers = pattern =>
-      page.waitForFunction(source => new RegExp(source).test(document.querySelector('#answer').textContent), pattern.source, {timeout: 10000});
+      page.waitForFunction(source => new RegExp(source).test(document.querySelector('#answer').textContent), pattern.source);
   const start = async name => {
     await page.click('#record');
     await page.fill('#record_name', name);
@@ -77,13 +77,13 @@ async function recordAndPlay(page, server, folder) {
   await start('../take');
   await answers(/must not begin with a dot/);
   await start('take 1');
-  await page.waitForFunction(() => window.tricoil.status.recording && window.tricoil.status.recording_bytes > 20000, null, {timeout: 20000});
+  await page.waitForFunction(() => window.tricoil.status.recording && window.tricoil.status.recording_bytes > 20000);
   check(
       /^● take 1 0:0\d, \d\.\d MB$/.test(await page.textContent('#recording')),
       `the recording shows its name and size: ${await page.textContent('#recording')}`);
   await page.click('#record');
   await answers(/recorded/);  // the answer comes after the recording is complete, the status before
-  await page.waitForFunction(() => !window.tricoil.status.recording, null, {timeout: 10000});
+  await page.waitForFunction(() => !window.tricoil.status.recording);
   check(
       JSON.parse(fs.readFileSync(path.join(folder, 'take 1', 'recording.json'))).complete && fs.readdirSync(folder).length === 1,
       'it is complete, and the only one');
@@ -91,7 +91,7 @@ async function recordAndPlay(page, server, folder) {
   await answers(/take 1 exists; choose another name/);
   await page.keyboard.press('t');
   await page.getByRole('button', {name: 'Play'}).first().click();
-  await page.waitForFunction(() => window.tricoil.playback?.t > 0, null, {timeout: 10000});
+  await page.waitForFunction(() => window.tricoil.playback?.t > 0);
   const poses = await page.evaluate(() => window.tricoil.playback.sensors.get(0).poses.length);
   const recorded = fs.readFileSync(path.join(folder, 'take 1', 'poses.csv'), 'utf8').trim().split('\n').length - 1;
   check(poses === recorded, `every recorded pose is played: ${poses}`);
@@ -108,12 +108,19 @@ async function recordAndPlay(page, server, folder) {
   check(changed.status === 422 && /"take 1\/poses.csv: was changed/.test(changed.text), `a changed recording is refused: ${changed.text}`);
 }
 
+// The picture is rendered in software: on a busy machine each step may take long.
+async function newPage(browser, options) {
+  const page = await browser.newPage(options);
+  page.setDefaultTimeout(120000);
+  return page;
+}
+
 async function withoutWebGl(url) {
   const browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: ['--no-sandbox', '--disable-gpu', '--disable-3d-apis']});
   try {
-    const page = await browser.newPage();
+    const page = await newPage(browser);
     await page.goto(url);
-    await page.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
+    await page.waitForFunction(() => window.tricoil?.poses > 60);
     const note = await page.textContent('#ellipsoid');
     check(/does not support WebGL/.test(note) && /^[−\d.]+$/.test(await page.textContent('#p0')), 'without WebGL numbers and plots continue');
     if (pictures) await page.screenshot({path: path.join(pictures, 'no-webgl.png')});
@@ -133,7 +140,7 @@ async function main() {
     check(size < 1e6, `the page has ${size} bytes, less than a million`);
     await refuseStrangers(server.url, server.controls);
 
-    const page = await browser.newPage({viewport: {width: 1280, height: 800}});
+    const page = await newPage(browser, {viewport: {width: 1280, height: 800}});
     const errors = [];
     page.on('pageerror', error => errors.push(String(error)));
     page.on('console', message => {
@@ -144,7 +151,7 @@ async function main() {
     const firsts = [];
     for (let n = 0; n < 3; ++n) {
       await page.goto(n === 0 ? server.controls : server.url);  // the tab keeps the token
-      await page.waitForFunction(() => window.tricoil?.firstPoseMs && window.tricoil.firstPictureMs, null, {timeout: 30000});
+      await page.waitForFunction(() => window.tricoil?.firstPoseMs && window.tricoil.firstPictureMs);
       firsts.push(await page.evaluate(() => [window.tricoil.firstPoseMs, window.tricoil.firstPictureMs]));
     }
     // Depends on the wall clock, so printed but not checked; here the 3D view is rendered in software.
@@ -156,51 +163,51 @@ async function main() {
     const position = () => page.evaluate(() => window.tricoil.newest.position_m);
     const moved = async () => {
       const before = await position();
-      await page.waitForFunction(p => Math.hypot(...window.tricoil.newest.position_m.map((v, n) => v - p[n])) > 0.02, before, {timeout: 30000});
+      await page.waitForFunction(p => Math.hypot(...window.tricoil.newest.position_m.map((v, n) => v - p[n])) > 0.02, before);
     };
     await moved();
     check(await page.evaluate(() => document.body.dataset.link) === 'live', 'the page is live, and the sensor moves');
-    await page.waitForFunction(() => window.tricoil.poses > 60, null, {timeout: 30000});
+    await page.waitForFunction(() => window.tricoil.poses > 60);
     if (pictures) await page.screenshot({path: path.join(pictures, 'desktop.png')});
 
     check(!page.url().includes('token'), 'the token is not in the address bar');
     await page.keyboard.press('b');
-    await page.waitForFunction(() => window.tricoil.boresight, null, {timeout: 10000});
+    await page.waitForFunction(() => window.tricoil.boresight);
     await page.keyboard.press('u');
     check(await page.evaluate(() => window.tricoil.boresight) === null, 'keys set and clear the boresight');
     await page.click('#run');
     await page.click('#stop_yes');
-    await page.waitForFunction(() => !window.tricoil.status.running, null, {timeout: 10000});
+    await page.waitForFunction(() => !window.tricoil.status.running);
     check(
         await page.textContent('#run') === 'Start' && /Coils are off/.test(await page.textContent('#reason')),
         'the button asks, and then stops the tracker');
-    await page.waitForFunction(() => document.body.dataset.link === 'silent', null, {timeout: 10000});
+    await page.waitForFunction(() => document.body.dataset.link === 'silent');
     await page.waitForFunction(
-        () => window.tricoil.newest.names.includes('stale') && document.querySelector('#state').textContent === '', null, {timeout: 10000});
+        () => window.tricoil.newest.names.includes('stale') && document.querySelector('#state').textContent === '');
     check(await page.evaluate(() => document.body.dataset.usable === 'false'), 'after a stop the last pose is stale, and no state is shown');
     await page.locator('body').press(' ');
-    await page.waitForFunction(() => window.tricoil.status.running, null, {timeout: 10000});
+    await page.waitForFunction(() => window.tricoil.status.running);
     await moved();
     check(true, 'the key starts the tracker, and the sensor moves again');
     await page.selectOption('#hemisphere', '-1,0,0');
     await page.click('#set');
-    await page.waitForFunction(() => window.tricoil.newest.position_m[0] < 0, null, {timeout: 10000});
+    await page.waitForFunction(() => window.tricoil.newest.position_m[0] < 0);
     check(true, 'the hemisphere was set');
     await recordAndPlay(page, server, folder);
 
     server.child.removeAllListeners('exit');
     server.child.kill('SIGKILL');
-    await page.waitForFunction(() => document.body.dataset.link === 'down', null, {timeout: 20000});
+    await page.waitForFunction(() => document.body.dataset.link === 'down');
     server = await serve(port, folder);
-    await page.waitForFunction(() => document.body.dataset.link === 'live', null, {timeout: 30000});
+    await page.waitForFunction(() => document.body.dataset.link === 'live');
     await moved();
     check(true, 'the page reconnects after a restart of the server');
     const own = errors.filter(text => !/ERR_CONNECTION|ERR_INCOMPLETE|ERR_EMPTY|Failed to load resource/.test(text));
     check(own.length === 0, `no errors in the page ${own.join('; ')}`);
 
-    const phone = await browser.newPage({viewport: {width: 390, height: 800}, isMobile: true, hasTouch: true, deviceScaleFactor: 2});
+    const phone = await newPage(browser, {viewport: {width: 390, height: 800}, isMobile: true, hasTouch: true, deviceScaleFactor: 2});
     await phone.goto(server.url);
-    await phone.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
+    await phone.waitForFunction(() => window.tricoil?.poses > 60);
     check(await phone.isDisabled('#run') && /read only/.test(await phone.textContent('#access')), 'without the controls link it is read only');
     check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page fits the screen of a phone');
     if (pictures) await phone.screenshot({path: path.join(pictures, 'phone.png')});
