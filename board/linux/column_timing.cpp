@@ -25,7 +25,7 @@ tracking::TrackerTap<double>::Settings tracker_settings(const DeviceLoopParams& 
         }
     }
     if (auto* bands = std::get_if<tracking::DualBandParams>(&settings.tracker.method)) {
-        *bands = tracking::dual_band_params(1 / frame_rate_hz);
+        tracking::set_frame(*bands, 1 / frame_rate_hz);
     }
     host::set_deskew(settings.tracker.method, is_tdm);
     return settings;

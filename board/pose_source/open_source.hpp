@@ -14,8 +14,8 @@ namespace tricoil::host {
 /// - sim:SCENARIO[,KEY=VALUE...]: a simulation. Keys: mux (tdm, fdm, dual-band), rate_hz, duration_s, seed, noise (yes, no),
 ///   stations (1 to 4 sensors), realtime (yes, no; default no: as fast as poses are polled);
 /// - recording:FOLDER: a recording of `tricoil run --record`.
-/// tracker: direct, previous, scaat, scaat,predict_s=SECONDS, or dual-band for mux=dual-band; empty: that of the
-/// configuration or recording, otherwise direct.
+/// tracker: direct, previous, scaat, or dual-band for mux=dual-band; scaat and dual-band may be followed by ,predict_s=SECONDS;
+/// empty: that of the configuration or recording, otherwise direct.
 /// Throws InputError, naming the invalid part, or DeviceError if a coil line cannot be opened.
 std::unique_ptr<PoseSource> open_source(const std::string& name, const std::string& tracker);
 

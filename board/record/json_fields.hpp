@@ -83,9 +83,11 @@ void visit_method(Params& params, Visit&& visit) {
 
 template <ParamsOf<tracking::DualBandParams> Params, typename Visit>
 void visit_method(Params& params, Visit&& visit) {
-    auto& [frame_s, window_frames] = params;
+    auto& [frame_s, window_frames, filter, predict_ahead] = params;
     visit("frame_s", frame_s);
     visit("window_frames", window_frames);
+    visit("filter", filter);
+    visit("filter_predict_ahead_us", predict_ahead);
 }
 
 /// Fields of the method that `params` holds. The method's name is not a field.

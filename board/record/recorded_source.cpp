@@ -21,8 +21,8 @@ std::optional<TrackerSettings> settings_of(const Recording& recording, const std
         throw InputError(recording.folder() + ": has no columns to track: the device computed the poses; leave the tracker out");
     }
     settings->tracker.method = method;
-    if (std::holds_alternative<tracking::DualBandParams>(method)) {
-        settings->tracker.method = tracking::dual_band_params(two_band_frame_s(recording.folder()));
+    if (auto* bands = std::get_if<tracking::DualBandParams>(&settings->tracker.method)) {
+        tracking::set_frame(*bands, two_band_frame_s(recording.folder()));
     }
     deskew_in_turn(settings->tracker);
     const Status status = tracking::AnyTracker<double>::check(settings->tracker, settings->calibration);

@@ -67,11 +67,11 @@ void refuse_bad(const Status& status) {
 tracking::MethodParams<double> make_method(const SimulationOptions& options, const signal::AcquisitionPlan& plan) {
     tracking::MethodParams<double> method = method_of_name(options.tracker);
     const bool is_filter = std::holds_alternative<tracking::ScaatParams<double>>(method);
-    if (std::holds_alternative<tracking::DualBandParams>(method)) {
+    if (auto* bands = std::get_if<tracking::DualBandParams>(&method)) {
         if (!plan.has_low_band()) {
             throw InputError("--tracker dual-band: needs two bands; use --mux dual-band");
         }
-        method = tracking::dual_band_params(plan.block_s());
+        tracking::set_frame(*bands, plan.block_s());
     }
     if (options.no_deskew && (is_filter || !plan.is_tdm())) {
         throw InputError("--no-deskew: only for --mux tdm with --tracker direct or previous");
@@ -85,9 +85,8 @@ tracking::MethodParams<double> make_method(const SimulationOptions& options, con
     } else if (options.passes != SimulationOptions{}.passes) {
         throw InputError("--passes: only with --tracker previous or fixed-previous");
     }
-    const Microseconds ahead = prediction_of_option(options.tracker, options.predict_ahead_s);
-    if (auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method); scaat != nullptr && ahead.count() > 0) {
-        scaat->predict_ahead = ahead;
+    if (const Microseconds ahead = prediction_of_option(options.tracker, options.predict_ahead_s); ahead.count() > 0) {
+        set_prediction(method, ahead);
     }
     return method;
 }

@@ -85,34 +85,45 @@ inline Microseconds prediction_of_option(const std::string& tracker, double seco
     if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
         throw InputError(fmt::format("--predict {}: must be a number of seconds, 0 to {}", seconds, kMaxPredictionS));
     }
-    if (seconds > 0 && !tracker.starts_with("scaat")) {
-        throw InputError("--predict: --tracker " + tracker + " estimates no velocity; use --tracker scaat");
+    if (seconds > 0 && !tracker.starts_with("scaat") && !tracker.starts_with("dual-band")) {
+        throw InputError("--predict: --tracker " + tracker + " estimates no velocity; use --tracker scaat or dual-band");
     }
     return microseconds_from_seconds(seconds);
 }
 
-/// Time of the text after `scaat,`: predict_s=SECONDS. Throws InputError.
-inline Microseconds prediction_of(const std::string& typed) {
-    constexpr std::string_view kKey = "predict_s=";
-    const double seconds = typed.starts_with(kKey) ? number_from<double>(typed.substr(kKey.size())).value_or(-1) : -1;
-    if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
-        throw InputError("--tracker scaat," + typed + ": only predict_s=SECONDS may follow, 0 to 0.1");
-    }
-    return microseconds_from_seconds(seconds);
+/// Poses are delivered by this time ahead. Throws InputError if the method has no filter.
+inline void set_prediction(tracking::MethodParams<double>& method, Microseconds ahead) {
+    const auto set = [&](auto& params) {
+        if constexpr (requires { params.predict_ahead; }) {
+            params.predict_ahead = ahead;
+        } else {
+            throw InputError("--tracker: predict_s: only with scaat or dual-band, which estimate a velocity");
+        }
+        if constexpr (requires { params.filter; }) {
+            params.filter = true;
+        }
+    };
+    std::visit(set, method);
 }
 
-/// Method named by --tracker, with default parameters; `scaat,predict_s=SECONDS`: with prediction. Throws InputError for an
-/// unknown name.
+/// Method named by --tracker, with default parameters; `scaat,predict_s=SECONDS`: with prediction; `dual-band,predict_s=SECONDS`:
+/// with a filter and prediction. Throws InputError for an unknown name.
 inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
     refuse_fixed_method(typed);
-    if (typed.starts_with("scaat,")) {
-        tracking::ScaatParams<double> params;
-        params.predict_ahead = prediction_of(typed.substr(std::string_view("scaat,").size()));
-        return params;
-    }
     std::vector<std::string> names = kTrackerNames;
     names.insert(names.end(), kFixedTrackerNames.begin(), kFixedTrackerNames.end());
-    return kMethods[index_of_name("--tracker", typed, names)].params;
+    const std::size_t comma = std::min(typed.find(','), typed.size());
+    tracking::MethodParams<double> method = kMethods[index_of_name("--tracker", typed.substr(0, comma), names)].params;
+    if (comma < typed.size()) {
+        constexpr std::string_view kKey = ",predict_s=";
+        const bool is_key = typed.compare(comma, kKey.size(), kKey) == 0;
+        const double seconds = is_key ? number_from<double>(typed.substr(comma + kKey.size())).value_or(-1) : -1;
+        if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
+            throw InputError("--tracker " + typed + ": only predict_s=SECONDS may follow the name, 0 to 0.1");
+        }
+        set_prediction(method, microseconds_from_seconds(seconds));
+    }
+    return method;
 }
 
 inline std::string name_of_method(const tracking::MethodParams<double>& method) {

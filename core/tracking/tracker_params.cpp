@@ -54,18 +54,6 @@ Status check_method(const CommonParams<Scalar>&, const PreviousParams& p) {
 }
 
 template <typename Scalar>
-Status check_method(const CommonParams<Scalar>& common, const DualBandParams& p) {
-    if (common.max_column_span.count() != 0) {
-        return refused("two bands need simultaneous columns: max_column_span must be zero");
-    }
-    if (!is_positive(p.frame_s) || p.window_frames < 2 || p.window_frames > DualBandParams::kMaxWindowFrames) {
-        return refused(
-            "two bands are compared over 2 to 64 frames in a multiple of 0.1 s: use another frame rate, for example 240 Hz");
-    }
-    return {};
-}
-
-template <typename Scalar>
 Status check_process_noise(const ProcessNoiseParams<Scalar>& n) {
     for (const Scalar value : {n.least_m2_s3, n.most_m2_s3, n.start_m2_s3, n.least_rad2_s3, n.most_rad2_s3, n.start_rad2_s3,
                                n.rise, n.smoothing, n.information_floor, n.largest_step}) {
@@ -142,6 +130,20 @@ Status check_method(const CommonParams<Scalar>& common, const ScaatParams<Scalar
     return status.ok() ? check_filter_times(common, p) : status;
 }
 
+template <typename Scalar>
+Status check_method(const CommonParams<Scalar>& common, const DualBandParams& p) {
+    if (common.max_column_span.count() != 0) {
+        return refused("two bands need simultaneous columns: max_column_span must be zero");
+    }
+    if (!is_positive(p.frame_s) || p.window_frames < 2 || p.window_frames > DualBandParams::kMaxWindowFrames) {
+        return refused(
+            "two bands are compared over 2 to 64 frames in a multiple of 0.1 s: use another frame rate, for example 240 Hz");
+    }
+    ScaatParams<Scalar> filter;
+    filter.predict_ahead = p.predict_ahead;
+    return p.filter ? check_method(common, filter) : Status{};
+}
+
 /// Motion at the rate X' induces X'/w at a carrier w and leaks, in a window, X'/2w into the same carrier and X'/d into a carrier
 /// at the distance d.
 [[maybe_unused]] double quadrature_lag_s(const signal::AcquisitionPlan& plan) {
@@ -173,10 +175,9 @@ void set_plan(CommonParams<Scalar>& common, const signal::AcquisitionPlan& plan)
     common.quadrature_lag_s = static_cast<Scalar>(quadrature_lag_s(plan));
 }
 
-DualBandParams dual_band_params(double frame_s) {
+void set_frame(DualBandParams& params, double frame_s) {
     constexpr double kWindow_s = 0.1;
     constexpr double kTolerance = 4e-3;
-    DualBandParams params;
     params.frame_s = frame_s;
     params.window_frames = 0;
     for (int n = 1; n * kWindow_s <= DualBandParams::kMaxWindowFrames * params.frame_s && params.window_frames == 0; ++n) {
@@ -184,7 +185,6 @@ DualBandParams dual_band_params(double frame_s) {
         params.window_frames =
             std::abs(frames - std::round(frames)) < kTolerance * frames ? static_cast<int>(std::lround(frames)) : 0;
     }
-    return params;
 }
 
 template <typename Scalar>

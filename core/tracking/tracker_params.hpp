@@ -86,10 +86,17 @@ struct DualBandParams {
     static constexpr int kMaxWindowFrames = 64;
     double frame_s = 1.0 / 240;
     int window_frames = 24;
+    bool filter = false;            // true: PoseFilter follows
+    Microseconds predict_ahead{0};  // of that filter, as in ScaatParams
 };
-/// Parameters for frames of this length. window_frames is zero, which check() refuses, if no allowed window holds a whole number
-/// of mains cycles within 0.4 %; the frequency of the mains may differ by 1 % (EN 50160).
-DualBandParams dual_band_params(double frame_s);
+/// Sets the parameters for frames of this length. window_frames is zero, which check() refuses, if no allowed window holds a
+/// whole number of mains cycles within 0.4 %; the frequency of the mains may differ by 1 % (EN 50160).
+void set_frame(DualBandParams& params, double frame_s);
+inline DualBandParams dual_band_params(double frame_s) {
+    DualBandParams params;
+    set_frame(params, frame_s);
+    return params;
+}
 
 /// Method of a tracker, with its parameters.
 template <typename Scalar>

@@ -38,6 +38,19 @@ TEST(Metal, TheFilterIsValidWhereverTheDirectTrackerIs) {
     EXPECT_LE(fewer, 2) << "the first poses of the filter are unconfirmed";
 }
 
+/// Metal is removed before the filter, so that its prediction has neither the error of metal nor that of a held pose.
+TEST(Metal, PosesOfTwoBandsArePredicted) {
+    const auto rms = [](const std::string& options) {
+        return run_columns("--duration 4 --predict 0.02 " + options)["position_rms_m"].get<double>();
+    };
+    const std::string one_band = "--mux fdm --tracker scaat ";
+    const std::string two_bands = "--mux dual-band --tracker dual-band ";
+    const std::string beside_a_rod =
+        "--scenario circle --fault metal:rod,material=304,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0";
+    EXPECT_LT(rms(two_bands), 1.1 * rms(one_band));
+    EXPECT_LT(rms(two_bands + beside_a_rod), 0.7 * rms(one_band + beside_a_rod));
+}
+
 /// Two columns of a frame moved the state of a filter without noise so far that the third one was refused.
 TEST(Metal, AFrameThatAgreesOnAPoseIsUsedAsAWhole) {
     const auto result = run_columns("--mux fdm --tracker scaat --seed 1 --no-noise");

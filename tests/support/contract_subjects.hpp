@@ -6,10 +6,7 @@
 #include <optional>
 
 #include "core/fixed/tracker.hpp"
-#include "core/tracking/matrix/previous_tracker.hpp"
-#include "core/tracking/metal/dual_band_tracker.hpp"
-#include "core/tracking/scaat/general_tracker.hpp"
-#include "core/tracking/scaat/scaat_tracker.hpp"
+#include "core/tracking/methods/any_tracker.hpp"
 #include "tests/support/integer_blocks.hpp"
 
 namespace tricoil::test {
@@ -97,6 +94,15 @@ struct General : ColumnSubject<Scalar, tracking::GeneralTracker<Scalar>> {
 };
 struct TwoBands : ColumnSubject<double, tracking::DualBandTracker> {
     TwoBands() : ColumnSubject(tracking::DualBandParams{}) {}
+};
+struct FilteredTwoBands : ColumnSubject<double, tracking::AnyTracker<double>> {
+    FilteredTwoBands() : ColumnSubject(filtered()) {}
+
+    static tracking::DualBandParams filtered() {
+        tracking::DualBandParams params;
+        params.filter = true;
+        return params;
+    }
 };
 
 /// Blocks of one coil after another for the tracker in integers.

@@ -39,14 +39,14 @@ protected:
 };
 
 using Subjects = ::testing::Types<Direct<float>, Direct<double>, Previous<float>, Previous<double>, Scaat<float>, Scaat<double>,
-                                  General<float>, General<double>, TwoBands, FixedDirect, FixedPrevious>;
+                                  General<float>, General<double>, TwoBands, FilteredTwoBands, FixedDirect, FixedPrevious>;
 TYPED_TEST_SUITE(TrackerContract, Subjects);
 
 /// Trackers of columns; those in integers get blocks, without a low band.
 template <typename Subject>
 class ColumnTrackerContract : public TrackerContract<Subject> {};
 using ColumnSubjects = ::testing::Types<Direct<float>, Direct<double>, Previous<float>, Previous<double>, Scaat<float>,
-                                        Scaat<double>, General<float>, General<double>, TwoBands>;
+                                        Scaat<double>, General<float>, General<double>, TwoBands, FilteredTwoBands>;
 TYPED_TEST_SUITE(ColumnTrackerContract, ColumnSubjects);
 
 TYPED_TEST(TrackerContract, FindsAStillSensor) {
@@ -58,7 +58,7 @@ TYPED_TEST(TrackerContract, FindsAStillSensor) {
 
 /// The low band shows the sensor elsewhere, except to the tracker that uses it.
 TYPED_TEST(ColumnTrackerContract, LowBandColumnsGiveNoPoseInEitherOrder) {
-    const double low_m = std::is_same_v<TypeParam, TwoBands> ? kPlace_m : 4;
+    const double low_m = std::is_same_v<TypeParam, TwoBands> || std::is_same_v<TypeParam, FilteredTwoBands> ? kPlace_m : 4;
     for (const bool low_first : {true, false}) {
         for (int n = 0; n < 30; ++n) {
             const bool gave_early = low_first && this->subject_.low_band(low_m, true);

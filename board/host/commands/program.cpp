@@ -115,8 +115,12 @@ std::vector<std::string> take_verbosity(std::vector<std::string> words) {
 /// Does not return, unless it throws.
 int continue_as(const char* executable, const char* user, const std::vector<std::string>& arguments,
                 const ProgramIdentity& identity) {
-    const auto path =
-        (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "../libexec/tricoil" / executable).lexically_normal();
+    std::error_code failure;
+    const auto own = std::filesystem::read_symlink("/proc/self/exe", failure);
+    if (failure) {
+        throw DeviceError(std::string(user) + ": cannot find the folder of this program: mount /proc");
+    }
+    const auto path = (own.parent_path() / "../libexec/tricoil" / executable).lexically_normal();
     std::vector<char*> words{const_cast<char*>(identity.typed_name.c_str())};
     for (const std::string& argument : arguments) {
         words.push_back(const_cast<char*>(argument.c_str()));

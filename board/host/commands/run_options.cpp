@@ -107,7 +107,8 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
         "--calibration", o.calibration,
         "Coils and surroundings for the tracker: file of tricoil calibrate; default: that of --config, or ideal coils"));
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct and previous: treat the latest three columns as simultaneous");
-    sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this time (at most 0.1 s) ahead of the newest column")
+    sub->add_option("--predict", o.predict_ahead_s,
+                    "scaat, dual-band: deliver poses this time (at most 0.1 s) ahead of the newest column")
         ->type_name(kSecondsType);
 }
 

@@ -59,15 +59,8 @@ Vec3<double> in_source_frame(const Vec3<double>& vector, const tracking::AnyTrac
 }  // namespace
 
 void Smoother::add(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker) {
-    const bool begins = begins_interval(estimate, tracker);
-    add({estimate, *tracker.filter_state(), begins}, tracker);
-}
-
-void Smoother::add_unsmoothed(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker) {
-    add({estimate, {}, true}, tracker);
-}
-
-void Smoother::add(const Step& step, const tracking::AnyTracker<double>& tracker) {
+    Step step{estimate, *tracker.filter_state()};
+    step.begins = begins_interval(step);
     steps_.push_back(step);
     if (steps_.size() == kPiece + kFollowing) {
         smooth_first(kPiece, tracker);
@@ -76,12 +69,13 @@ void Smoother::add(const Step& step, const tracking::AnyTracker<double>& tracker
 
 void Smoother::finish(const tracking::AnyTracker<double>& tracker) { smooth_first(steps_.size(), tracker); }
 
-bool Smoother::begins_interval(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker) {
-    const std::uint64_t inflations = tracker.counters().covariance_inflations;
-    const bool is_inflated = std::exchange(inflations_, inflations) != inflations;
-    const int run = tracker.filter_state()->run;
-    return is_inflated || run == 0 || steps_.empty() || steps_.back().filter.run != run ||
-           estimate.time < steps_.back().filtered.time;
+bool Smoother::begins_interval(const Step& step) const {
+    if (steps_.empty() || step.filter.run == 0) {
+        return true;
+    }
+    const Step& last = steps_.back();
+    return last.filter.run != step.filter.run || last.filter.inflations != step.filter.inflations ||
+           step.filtered.time < last.filtered.time;
 }
 
 SmoothedPose Smoother::reported(const Step& step, const tracking::scaat::State<double>& smoothed,

@@ -26,11 +26,9 @@ public:
     using Receiver = std::function<void(const SmoothedPose&)>;
     explicit Smoother(Receiver receiver) : receiver_(std::move(receiver)) {}
 
-    /// A pose that update() of `tracker` has just returned. The tracker must be a filter, without prediction.
+    /// A pose that update() of `tracker` has just returned. The tracker must have a filter, without prediction. A pose that was
+    /// not filtered is delivered as it is, and ends an interval.
     void add(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker);
-
-    /// A pose that the filter did not get. It is delivered as it is, and ends an interval.
-    void add_unsmoothed(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker);
 
     /// Smooths and delivers the remaining poses. add() may follow, also with a new tracker.
     void finish(const tracking::AnyTracker<double>& tracker);
@@ -42,16 +40,13 @@ private:
         bool begins = false;  // an interval: the state does not follow from the one before
     };
 
-    void add(const Step& step, const tracking::AnyTracker<double>& tracker);
-    [[nodiscard]] bool begins_interval(const tracking::PoseEstimate<double>& estimate,
-                                       const tracking::AnyTracker<double>& tracker);
+    [[nodiscard]] bool begins_interval(const Step& step) const;
     static SmoothedPose reported(const Step& step, const tracking::scaat::State<double>& smoothed,
                                  const tracking::AnyTracker<double>& tracker);
     void smooth_first(std::size_t count, const tracking::AnyTracker<double>& tracker);
 
     Receiver receiver_;
     std::vector<Step> steps_;
-    std::uint64_t inflations_ = 0;  // of the covariance of the filter, until the last pose
 };
 
 }  // namespace tricoil::host

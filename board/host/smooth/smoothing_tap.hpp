@@ -1,4 +1,4 @@
-// Runs the SCAAT filter and the smoother on the inputs of trackers, for all sensors. With two bands, metal is removed first.
+// Runs the SCAAT filter and the smoother on the inputs of trackers, for all sensors.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace tricoil::host {
 
-/// The same settings with the SCAAT filter as the method and without prediction.
+/// The same settings with the SCAAT filter as the method, or after the removal of metal, and without prediction.
 TrackerSettings for_smoothing(TrackerSettings settings);
 
 /// Poses arrive at the receiver with a delay of up to 36,864 poses, each sensor's in the order of time.
@@ -23,16 +23,12 @@ public:
 
 private:
     struct Sensor {
-        Sensor(const Settings& settings, const TrackerSettings& of_filter, const Smoother::Receiver& receiver);
+        Sensor(const tracking::TrackerParams<double>& params, const tracking::AnyTracker<double>::Calibration& coils,
+               const Smoother::Receiver& receiver)
+            : tracker(params, coils), smoother(receiver) {}
 
-        void take(const Column<double>& column);
-        std::optional<tracking::PoseEstimate<double>> filter_without_metal(const tracking::PoseEstimate<double>& pose);
-
-        std::optional<tracking::AnyTracker<double>> both_bands;  // removes metal before the filter; empty: one band
-        tracking::AnyTracker<double> filter;
+        tracking::AnyTracker<double> tracker;
         Smoother smoother;
-        double coupling_constant;
-        std::uint32_t columns = 0;  // of the filter, with two bands
     };
 
     void do_begin(const Settings& settings) override;

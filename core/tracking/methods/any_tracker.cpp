@@ -38,10 +38,16 @@ void AnyTracker<Scalar>::make(const TrackerParams<Scalar>& params, const Correct
         tracker_ = &method_.template emplace<TrackerOf<Scalar, Params>>(params, correction);
     };
     std::visit(emplace, params.method);
+    if (const auto* bands = std::get_if<DualBandParams>(&params.method); bands != nullptr && bands->filter) {
+        filter_.emplace(params.common, bands->predict_ahead);
+    }
 }
 
 template <typename Scalar>
 std::optional<scaat::FilterState<Scalar>> AnyTracker<Scalar>::filter_state() const {
+    if (filter_) {
+        return filter_->filter_state();
+    }
     if (const auto* ideal = std::get_if<ScaatTracker<Scalar>>(&method_)) {
         return ideal->filter_state();
     }

@@ -4,6 +4,7 @@
 #include "core/tracking/matrix/direct_tracker.hpp"
 #include "core/tracking/matrix/previous_tracker.hpp"
 #include "core/tracking/metal/dual_band_tracker.hpp"
+#include "core/tracking/metal/pose_filter.hpp"
 #include "core/tracking/scaat/general_tracker.hpp"
 #include "core/tracking/scaat/scaat_tracker.hpp"
 
@@ -41,13 +42,24 @@ public:
     AnyTracker(const AnyTracker&) = delete;
     AnyTracker& operator=(const AnyTracker&) = delete;
 
-    std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column) { return tracker_->update(column); }
-    std::optional<PoseEstimate<Scalar>> tick(DeviceTime now) { return tracker_->tick(now); }
+    std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column) {
+        const auto pose = tracker_->update(column);
+        return pose && filter_ ? filter_->update(*pose) : pose;
+    }
+    std::optional<PoseEstimate<Scalar>> tick(DeviceTime now) {
+        const auto pose = tracker_->tick(now);
+        const auto coasting = filter_ ? filter_->tick(now) : std::nullopt;
+        return coasting ? coasting : pose;
+    }
     Status set_hemisphere(const Vec3<Scalar>& towards) { return tracker_->set_hemisphere(towards); }
     [[nodiscard]] TrackerState state() const { return tracker_->state(); }
-    /// Tracker::to_source_frame.
-    void to_source_frame(PoseEstimate<Scalar>& estimate) const { tracker_->to_source_frame(estimate); }
-    /// Empty if the method is not the filter.
+    /// Converts a pose from the frame of filter_state(), as Tracker::to_source_frame().
+    void to_source_frame(PoseEstimate<Scalar>& estimate) const {
+        if (!filter_) {  // which gets poses in the source frame
+            tracker_->to_source_frame(estimate);
+        }
+    }
+    /// Empty if the method has no filter.
     [[nodiscard]] std::optional<scaat::FilterState<Scalar>> filter_state() const;
     [[nodiscard]] const TrackerCounters& counters() const { return tracker_->counters(); }
 
@@ -60,6 +72,7 @@ private:
 
     decltype(any_of(std::declval<MethodParams<Scalar>>())) method_;
     Tracker<Scalar>* tracker_ = nullptr;  // in method_
+    std::optional<PoseFilter> filter_;
 };
 
 extern template class AnyTracker<double>;

@@ -18,6 +18,7 @@ struct FilterState {
     Intensity<Scalar> intensity;
     Scalar covariance_factor = 1;  // see Estimator
     int run = 0;                   // counts the starts of the filter; 0: it is not running
+    std::uint64_t inflations = 0;  // TrackerCounters::covariance_inflations
 };
 
 /// Single constraint at a time (Welch and Bishop 1997), with an outlier gate and process noise estimated from the innovations.

@@ -26,7 +26,8 @@ public:
     [[nodiscard]] Intensity<Scalar> intensity() const { return estimator_.intensity(); }
     /// In the frame of corrected columns, as motion().
     [[nodiscard]] FilterState<Scalar> filter_state() const {
-        return {estimator_.state(), estimator_.intensity(), estimator_.covariance_factor(), is_running_ ? starts_ : 0};
+        return {estimator_.state(), estimator_.intensity(), estimator_.covariance_factor(), is_running_ ? starts_ : 0,
+                this->counters_.covariance_inflations};
     }
     [[nodiscard]] Scalar consistency() const { return estimator_.consistency(); }
 
