@@ -1,5 +1,5 @@
 // Fixed-size matrices and vectors. Each operation computes its result at once: there are no expression types.
-// Sums of terms are added from the last term to the first, t0 + (t1 + (t2 + ...)), so every machine computes the same bits.
+// Sums and products add terms from last to first, t0 + (t1 + (t2 + ...)), decompositions as written: all machines agree in bits.
 #pragma once
 
 #include <concepts>

@@ -143,6 +143,9 @@ class MadeUpTree(unittest.TestCase):
             "Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(a, b);",
             "auto x = m.householderQr().householderQ();",
             "auto x = Eigen::umeyama(from, to);",
+            "auto x = m.jacobiSvd(Eigen::ComputeThinU);",
+            "auto x = m.eigenvalues();",
+            "using namespace Eigen; JacobiSVD<MatrixXd> svd(m);",
         ):
             with self.subTest(use):
                 self.write("high/h.cpp", use + "\n")

@@ -93,7 +93,7 @@ class Run(FakeMachine):
             self.assertEqual(done.returncode, 3)
             self.assertEqual(done.stderr.splitlines()[-2], "install-deps: no network")
             self.assertNotIn("build run", self.log_of_calls())
-        self.assertEqual(self.log_of_calls().count("build run tricoil_product"), 1, "what can be built is built, by root")
+        self.assertEqual(self.log_of_calls().count("build run tricoil_product"), 2, "what can be built is built")
 
     def test_packages_are_installed_while_the_rest_is_built(self):
         installing, built = self.folder / "installing", self.folder / "built"
@@ -250,6 +250,7 @@ class Build(FakeMachine):
             printf 'CMake Error at toolchain/cmake/Components.cmake:8 (message):\\n   tricoil needs %s\\nCall Stack\\n' "$ABSENT"
             exit 1
         fi
+        if [ "$1" = --build ] && [ -n "${BROKEN:-}" ]; then echo "$BROKEN"; exit 1; fi
         if [ "$1" = --build ] && [ -n "${KILLED:-}" ]; then echo "g++: fatal error: Killed signal terminated program cc1plus"; exit 1; fi
     """
 
@@ -285,7 +286,27 @@ class Build(FakeMachine):
         done = self.run_script("build", "run", KILLED="1")
         self.assertEqual(done.returncode, 1)
         self.assertEqual(done.stderr.splitlines()[-1],
-                         "build: a compiler was killed, probably for lack of memory: CMAKE_BUILD_PARALLEL_LEVEL=1 toolchain/build run")
+                         "build: a compiler was killed, probably for lack of memory: cmake -D TRICOIL_SMALL_MEMORY=ON build/run, "
+                         "then CMAKE_BUILD_PARALLEL_LEVEL=1 toolchain/build run")
+        done = self.run_script("build", "run", BROKEN="collect2: fatal error: ld terminated with signal 9 [Killed]")
+        self.assertIn("build: a compiler was killed", done.stderr)
+
+    def test_disk_is_full(self):
+        done = self.run_script("build", "run", BROKEN="as: build/run/x.o: No space left on device")
+        self.assertEqual((done.returncode, done.stderr.splitlines()[-1]), (3, "build: no space left for build/run: make space"))
+
+    def test_page_cannot_be_downloaded(self):
+        self.fails("build", "run", status=3, naming="build: page-libraries: cannot download x: cmake -D TRICOIL_WITH_WEB=OFF build/run",
+                   BROKEN="page-libraries: cannot download x")
+        self.assertEqual(self.log_of_calls()[-1], "cmake --build --preset run -- -k 0 (1)", "everything else is built")
+
+    def test_failed_configuration_of_tests_leaves_the_program(self):
+        self.fails("build", "host-release", status=3, naming="build: tricoil needs gtest", ABSENT="gtest")
+        self.assertIn("cmake --preset run -D TRICOIL_TESTS=OFF ()", self.log_of_calls())
+
+    def test_cmake_that_cannot_read_the_presets(self):
+        self.replace("cmake", "echo 'CMake Error: Unrecognized \"version\" field'; exit 1")
+        self.fails("build", "run", status=3, naming="this CMake cannot read the presets: CMake Error: Unrecognized")
 
     def test_machine_lacks_something(self):
         self.fails("build", "run", status=3, naming="build: tricoil needs fmt: install libfmt-dev", ABSENT="fmt: install libfmt-dev")
@@ -328,7 +349,7 @@ class ParallelJobs(FakeMachine):
         self.replace("nproc", "echo 4")
         mb = 1 << 20
         group = {"memory.max": 2000 * mb, "memory.current": 900 * mb, "memory.stat": f"anon 5\ninactive_file {400 * mb}"}
-        self.assertEqual(self.jobs(64000, group).stdout, "1\n")  # 1,500 MB
+        self.assertEqual(self.jobs(64000, group).stdout, "2\n")  # 1,500 MB, and 700 MB for each compiler
         self.assertEqual(self.jobs(3000, group, total_mb=3900).stdout, "2\n")
         self.assertEqual(self.jobs(800, group).stdout, "1\n")
 

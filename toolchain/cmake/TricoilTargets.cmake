@@ -46,8 +46,12 @@ target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-p
 # GCC collects garbage rarely: less processor time, up to 1.2 GB of memory per compiler. With little memory (TRICOIL_SMALL_MEMORY) it
 # collects often, and UnitSizes.cmake makes units smaller: 700 MB, a third more processor time. The programs are the same.
 cmake_host_system_information(RESULT memory_mb QUERY TOTAL_PHYSICAL_MEMORY)
+set(group_bytes max)
+if(EXISTS /sys/fs/cgroup/memory.max)  # a container
+  file(STRINGS /sys/fs/cgroup/memory.max group_bytes)
+endif()
 set(small_memory OFF)
-if(memory_mb LESS 4000)
+if(memory_mb LESS 4000 OR (NOT group_bytes STREQUAL max AND group_bytes LESS 4000000000))
   set(small_memory ON)
 endif()
 option(TRICOIL_SMALL_MEMORY "Compile with at most 700 MB per compiler; ON by default below 4 GB of memory" ${small_memory})
