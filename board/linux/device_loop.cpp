@@ -124,6 +124,7 @@ void DeviceLoop::begin() {
     state_sequence_ = 0;
     newest_ = drivers::host_now();
     column_time_.reset();
+    sensor_times_ = {};
     take_edges();  // discards old edges
     (void)session_.take_window_over();
     beat();
@@ -195,6 +196,7 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {
         return;
     }
+    sensor_times_[column.sensor] = column_time_;
     if (params_.tap != nullptr) {
         params_.tap->column(column);
     }
@@ -236,18 +238,20 @@ void DeviceLoop::deliver(const tracking::PoseEstimate<double>& pose, bool valid,
     }
 }
 
-/// During silence, delivers the last pose, flagged stale.
+/// During silence of a sensor, delivers its last pose, flagged stale.
 void DeviceLoop::tick(HostTime host_now) {
-    if (session_.phase() != Phase::running || !column_time_ || host_now - *column_time_ < kColumnSilence) {
+    if (session_.phase() != Phase::running || !column_time_) {
         return;
     }
     const DeviceTime now = session_.column().midpoint + (host_now - *column_time_);
     for (std::size_t n = 0; n < trackers_.size(); ++n) {
-        auto& tracker = trackers_[n];
-        if (params_.tap != nullptr && tracker) {
+        if (!trackers_[n] || !sensor_times_[n] || host_now - *sensor_times_[n] < kColumnSilence) {
+            continue;
+        }
+        if (params_.tap != nullptr) {
             params_.tap->tick(static_cast<std::uint8_t>(n), now);
         }
-        if (const auto estimate = tracker ? tracker->tick(now) : std::nullopt) {
+        if (const auto estimate = trackers_[n]->tick(now)) {
             answer(*estimate, false, host_now);
         }
     }

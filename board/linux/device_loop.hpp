@@ -101,6 +101,7 @@ private:
     std::uint32_t pose_sequence_ = 0;
     std::optional<HostTime> newest_;
     std::optional<HostTime> column_time_;  // arrival of the newest column; empty: none since the session's start
+    std::array<std::optional<HostTime>, tracking::kMaxSensors> sensor_times_;  // the same of each sensor
     bool is_tdm_ = true;
     bool was_running_ = false;
     LatencyHistogram latency_;
