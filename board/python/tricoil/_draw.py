@@ -10,9 +10,12 @@ import csv
 import functools
 import itertools
 import math
+import os
 import re
 import sys
 
+# Its list of fonts is kept where it is for every program; no folder of settings is read or made.
+os.environ["MPLCONFIGDIR"] = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "matplotlib")
 try:
     import matplotlib
     import numpy as np
