@@ -19,7 +19,7 @@ enum class Form { angles, vectors };
 struct SimulationParams {
     error_model::Loop loop = error_model::Loop::open;
     error_model::KappaForm kappa = error_model::KappaForm::exact;  // of the prediction
-    std::optional<error_model::KappaForm> azimuth_kappa;           // for the azimuth, if different
+    std::optional<error_model::KappaForm> azimuth_kappa = {};      // for the azimuth, if different
     Form form = Form::angles;                                      // vectors: closed loop only
     int passes = 1;                                                // of the step, per sample
     double update_s = 1.0 / 240;                                   // T

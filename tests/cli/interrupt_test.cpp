@@ -136,18 +136,18 @@ TEST_F(FiguresInterrupted, KeepExistingFiles) {
     EXPECT_EQ(std::distance(fs::directory_iterator(out_), {}), 1);
 }
 
-TEST_F(FiguresInterrupted, StopGnuplotToo) {
+TEST_F(FiguresInterrupted, StopPythonToo) {
     fs::create_directory(folder_ + "/bin");
-    const std::string pid_file = folder_ + "/gnuplot.pid";
-    std::ofstream(folder_ + "/bin/gnuplot") << "#!/bin/sh\necho $$ > " << pid_file << ".new\nmv " << pid_file << ".new "
+    const std::string pid_file = folder_ + "/python3.pid";
+    std::ofstream(folder_ + "/bin/python3") << "#!/bin/sh\necho $$ > " << pid_file << ".new\nmv " << pid_file << ".new "
                                             << pid_file << "\nexec sleep 600\n";
-    fs::permissions(folder_ + "/bin/gnuplot", fs::perms::owner_all);
+    fs::permissions(folder_ + "/bin/python3", fs::perms::owner_all);
     const pid_t child = start(folder_ + "/bin");
     ASSERT_TRUE(wait_for([&] { return fs::exists(pid_file); }));
-    const pid_t gnuplot = std::stoi(read_file(pid_file));
-    EXPECT_EQ(kill(gnuplot, 0), 0);
+    const pid_t python = std::stoi(read_file(pid_file));
+    EXPECT_EQ(kill(python, 0), 0);
     EXPECT_EQ(end(child, SIGTERM), 128 + SIGTERM);
-    EXPECT_EQ(kill(gnuplot, 0), -1) << "gnuplot still runs";
+    EXPECT_EQ(kill(python, 0), -1) << "python3 still runs";
     EXPECT_FALSE(fs::exists(out_));
 }
 

@@ -196,8 +196,8 @@ TEST_F(Folder, FiguresWriteTheirNumbers) {
 }
 
 TEST_F(Folder, FiguresDrawThem) {
-    if (std::system("gnuplot --version >/dev/null 2>&1") != 0) {
-        GTEST_SKIP() << "gnuplot is not installed";
+    if (std::system("/usr/bin/python3 -c 'import matplotlib' >/dev/null 2>&1") != 0) {
+        GTEST_SKIP() << "matplotlib is not installed";
     }
     const fs::path out = path_ / "out";
     const Answer answer = tricoil("figures --out " + out.string());
@@ -208,21 +208,35 @@ TEST_F(Folder, FiguresDrawThem) {
         EXPECT_THAT(svg, HasSubstr("<path")) << name;
         EXPECT_THAT(answer.output, HasSubstr(std::string(name) + ".svg"));
     }
-    // The space before the unit must be kept after a subscript.
-    EXPECT_THAT(text_of(out / "fig1.svg"), HasSubstr("\u00a0(rad)"));
+    EXPECT_THAT(text_of(out / "fig1.svg"), HasSubstr("<!-- $e_α$ (rad) -->"));
     for (const auto& entry : fs::directory_iterator(out)) {
         EXPECT_THAT(entry.path().extension(), testing::AnyOf(fs::path(".csv"), fs::path(".svg"))) << entry.path();
     }
 }
 
-TEST_F(Folder, FiguresReportGnuplotErrors) {
+TEST_F(Folder, FiguresKeepTheirNumbersIfPythonCannotDraw) {
     const std::string out = (path_ / "out").string();
-    expect_refused("figures --out " + out, "gnuplot is not installed", (path_ / "nothing").string());
-    const fs::path fake = path_ / "gnuplot";
-    std::ofstream(fake) << "#!/bin/sh\necho 'line 3: undefined variable' >&2\nexit 1\n";
+    expect_refused("figures --out " + out, "install the packages python3 and python3-matplotlib; the CSV files are in " + out,
+                   (path_ / "nothing").string());
+    const fs::path fake = path_ / "python3";
+    std::ofstream(fake) << "#!/bin/sh\necho half >fig1.svg\necho 'NameError: undefined' >&2\nexit 1\n";
     fs::permissions(fake, fs::perms::owner_all);
-    expect_refused("figures --out " + out, "gnuplot failed: line 3: undefined variable", path_.string());
-    EXPECT_FALSE(fs::exists(out));
+    expect_refused("figures --out " + out, "python3 cannot draw: NameError: undefined; the CSV files are in " + out,
+                   path_.string());
+    EXPECT_TRUE(fs::exists(out + "/fig1.csv"));
+    for (const auto& entry : fs::directory_iterator(out)) {
+        EXPECT_EQ(entry.path().extension(), ".csv") << entry.path();
+    }
+}
+
+/// Nothing of the current folder is imported, and no settings are read from there.
+TEST_F(Folder, FiguresRunNoFileOfTheCurrentFolder) {
+    for (const char* name : {"matplotlib.py", "numpy.py", "csv.py", "_draw.py", "sitecustomize.py"}) {
+        std::ofstream(path_ / name) << "open('" << (path_ / "ran").string() << "', 'w')\n";
+    }
+    const std::string line = "cd " + path_.string() + " && PYTHONPATH=. " + TRICOIL_PROGRAM + " figures --out out >/dev/null";
+    EXPECT_EQ(std::system(line.c_str()), 0);
+    EXPECT_FALSE(fs::exists(path_ / "ran"));
 }
 
 TEST_F(Folder, FiguresReplaceRegularFilesOnly) {

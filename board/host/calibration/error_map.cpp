@@ -107,27 +107,4 @@ std::string error_csv(const std::vector<EvaluatedPose>& errors, const std::vecto
     return text;
 }
 
-Picture error_picture(const std::vector<EvaluatedPose>& errors) {
-    double largest = 1e-9;
-    for (const EvaluatedPose& e : errors) {
-        largest = std::max(largest, e.error_m.norm());
-    }
-    // Magnification with one significant digit. The largest error is drawn at most 20 mm long.
-    const double magnification = std::pow(10, std::floor(std::log10(0.02 / largest))) *
-                                 std::max(1.0, std::floor(0.02 / largest / std::pow(10, std::floor(std::log10(0.02 / largest)))));
-    const auto view = [&](const char* horizontal, const char* vertical) {
-        const std::string y = fmt::format("(column('{}_mm')):({}*column('e{}_mm')):({}*column('e{}_mm'))", vertical,
-                                          magnification, horizontal, magnification, vertical);
-        const std::string title = fmt::format("error vectors, drawn x{:.0f}; viewed along the third axis", magnification);
-        return Panel{
-            title,
-            fmt::format("{} (mm)", horizontal),
-            fmt::format("{} (mm)", vertical),
-            {{"pose_errors.csv", fmt::format("{}_mm", horizontal), y, "", "vectors head size 2,20 filled lc rgb '#cc0000'"}},
-            "set size ratio -1"};
-    };
-    Picture picture{"error_vectors.svg", {view("x", "y"), view("x", "z"), view("y", "z")}, 3, 520, 480};
-    return picture;
-}
-
 }  // namespace tricoil::host

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "board/host/calibration/evaluation.hpp"
-#include "board/host/figures/gnuplot.hpp"
 #include "board/host/run/statistics.hpp"
 
 namespace tricoil::host {
@@ -40,8 +39,5 @@ ErrorReport summarise_errors(const std::vector<EvaluatedPose>& errors, const std
 
 /// One line per pose: file, line, true position and error (mm), rotation error (deg), misfit, iterations, convergence.
 std::string error_csv(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files);
-
-/// Error vectors over the workspace in three views, from pose_errors.csv.
-Picture error_picture(const std::vector<EvaluatedPose>& errors);
 
 }  // namespace tricoil::host

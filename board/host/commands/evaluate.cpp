@@ -13,7 +13,7 @@
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/evaluate_dynamic.hpp"
-#include "board/host/figures/gnuplot.hpp"
+#include "board/host/figures/draw.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
@@ -186,8 +186,7 @@ int evaluate_command(const EvaluateCommand& command) {
         const InterruptGuard interrupt;
         StagedFolder folder(command.out);
         write_whole_file(folder.path() / "pose_errors.csv", error_csv(errors, files));
-        draw(folder.path(), {error_picture(errors)}, interrupt);
-        folder.publish();
+        draw_and_publish(folder, command.out, {"error_vectors.svg"}, interrupt);
     }
     Json result = result_of(command, report, stage_errors, fits_scale);
     if (calibration.calibration.misfit_floor > 0) {

@@ -8,6 +8,7 @@
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/figures/draw.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
@@ -18,50 +19,44 @@ namespace tricoil::host {
 namespace {
 
 constexpr double kPaperShare = 0.1;
-constexpr double kLoopShare = 0.2;
-constexpr double kBudgetShare = 0.3;
-constexpr double kCsvShare = 0.35;
+constexpr double kCsvShare = 0.3;
 
 struct FiguresCommand {
-    std::string out;
+    std::filesystem::path out;
     std::string hand_motion;
     bool csv_only = false;
     bool json = false;
 };
 
-/// Paths in the folder `target` of the files in `folder`.
-std::vector<std::string> files_in(const std::filesystem::path& folder, const std::string& extension,
-                                  const std::filesystem::path& target) {
-    std::vector<std::string> names;
-    for (const auto& file : std::filesystem::directory_iterator(folder)) {
-        if (file.path().extension() == extension) {
-            names.push_back((target / file.path().filename()).string());
-        }
-    }
-    std::ranges::sort(names);
-    return names;
-}
-
 int figures(const FiguresCommand& command) {
     const InterruptGuard guard;
     StagedFolder folder(command.out);
     Progress progress("figures");  // the shares are those of the time with generated motions
-    std::vector<Picture> pictures = paper_figures(folder.path(), guard);
+    write_paper_figures(folder.path(), guard);
+    write_metal_figure(folder.path(), guard);
     progress.show(kPaperShare);
-    pictures.push_back(loop_figure(folder.path(), guard));
-    progress.show(kLoopShare);
-    pictures.push_back(budget_figure(folder.path(), command.hand_motion, guard, progress.part(kLoopShare, kBudgetShare)));
-    pictures.push_back(metal_figure(folder.path(), guard));
-    progress.show(kCsvShare);
-    if (!command.csv_only) {
-        draw(folder.path(), pictures, guard, progress.part(kCsvShare, 1));
+    write_budget_figure(folder.path(), command.hand_motion, guard, progress.part(kPaperShare, kCsvShare));
+    std::vector<std::string> csv;
+    for (const auto& file : std::filesystem::directory_iterator(folder.path())) {
+        csv.push_back(file.path().filename().string());
     }
-    guard.check();
-    const auto csv = files_in(folder.path(), ".csv", command.out);
-    const auto drawn = files_in(folder.path(), ".svg", command.out);
-    folder.publish();
-    print_text("{}\n", command.json ? Json{{"pictures", drawn}, {"csv", csv}}.dump()
-                                    : fmt::format("{}", fmt::join(command.csv_only ? csv : drawn, "\n")));
+    std::ranges::sort(csv);
+    std::vector<std::string> pictures;
+    if (command.csv_only) {
+        guard.check();
+        folder.publish();
+    } else {
+        pictures = {"budget.svg", "fig1.svg", "fig2.svg",  "fig3.svg", "fig4.svg",
+                    "fig5.svg",   "fig6.svg", "loops.svg", "metal.svg"};
+        draw_and_publish(folder, command.out.string(), pictures, guard, progress.part(kCsvShare, 1));
+    }
+    for (std::vector<std::string>* const names : {&csv, &pictures}) {
+        for (std::string& name : *names) {
+            name = (command.out / name).string();
+        }
+    }
+    print_text("{}\n", command.json ? Json{{"pictures", pictures}, {"csv", csv}}.dump()
+                                    : fmt::format("{}", fmt::join(command.csv_only ? csv : pictures, "\n")));
     return to_int(ExitCode::fine);
 }
 

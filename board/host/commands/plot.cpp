@@ -1,5 +1,6 @@
 // tricoil plot: draws the poses of a recording or a CSV file.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -8,7 +9,9 @@
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/stage_options.hpp"
-#include "board/host/figures/pose_picture.hpp"
+#include "board/host/figures/draw.hpp"
+#include "board/pose_text/flag_names.hpp"
+#include "board/record/convert.hpp"
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
@@ -40,6 +43,29 @@ std::string bytes_of(const fs::path& file) {
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+/// The poses of a recording, or a copy of the table. Returns their number.
+std::size_t write_poses(const PlotCommand& command, const fs::path& path, const InterruptGuard& guard) {
+    OutputFile file(path);
+    Progress progress("plot: reading");
+    std::size_t count = 0;
+    const auto write = [&](std::string_view line) {
+        guard.check();
+        file.write(line);
+        ++count;
+    };
+    if (fs::is_directory(command.poses)) {
+        convert(Recording(command.poses), "csv", command.stages, write, progress.part(0, 1));
+    } else {
+        LineReader lines(command.poses);
+        for (std::string line; lines.next(line);) {
+            write(line + "\n");
+            progress.show(lines.share());
+        }
+    }
+    file.commit();
+    return count == 0 ? 0 : count - 1;  // without the header
+}
+
 int plot(const PlotCommand& command) {
     const std::string out = command.out.empty() ? default_name(command.poses) : command.out;
     const std::string extension = out == kStandardOutput ? ".svg" : fs::path(out).extension().string();
@@ -57,16 +83,15 @@ int plot(const PlotCommand& command) {
             throw InputError(fmt::format("{0}: a picture has no angles; use {0} of tricoil convert", option));
         }
     }
-    const PoseTable table = read_pose_table(command.poses, command.stages);
     const InterruptGuard guard;
     const StagedFolder folder(fs::temp_directory_path() / ("tricoil-plot-" + std::to_string(::getpid())));
-    const Picture picture = pose_picture(folder.path(), "poses" + extension, table, make_output_format(command.stages).units);
-    draw(folder.path(), {picture}, guard);
-    write_whole_file(out, bytes_of(folder.path() / picture.file));
-    std::size_t poses = 0;
-    for (const auto& [sensor, drawn] : table) {
-        poses += drawn.size();
-    }
+    const std::size_t poses = write_poses(command, folder.path() / "poses.csv", guard);
+    const PoseUnits units = make_output_format(command.stages).units;
+    const std::string picture = "poses" + extension;
+    draw(folder.path(),
+         {picture, command.poses, units.unit, fmt::to_string(units.units_per_m), fmt::format("{}", fmt::join(flag_names(), ","))},
+         guard);
+    write_whole_file(out, bytes_of(folder.path() / picture));
     print_result({{"poses", poses}, {"out", out}}, command.json, [](const Json& r) { return fill(r, "{out}: {poses} poses\n"); });
     return to_int(ExitCode::fine);
 }

@@ -9,7 +9,6 @@
 #include "core/error_model/whole_turns.hpp"
 
 namespace tricoil::host {
-
 namespace {
 
 /// Number as text; empty for NaN (no prediction).
@@ -17,7 +16,7 @@ std::string number(double value) { return std::isnan(value) ? "" : fmt::format("
 
 }  // namespace
 
-std::string error_csv(const std::vector<paper::Update>& updates) {
+void write_error_csv(const std::string& path, const std::vector<paper::Update>& updates) {
     using error_model::without_whole_turns;
     std::string text =
         "time_s,stamp_us,e_rho_m,e_alpha_rad,e_beta_rad,predicted_e_rho_m,predicted_e_alpha_rad,predicted_e_beta_rad,"
@@ -34,20 +33,7 @@ std::string error_csv(const std::vector<paper::Update>& updates) {
                        without_whole_turns(attitude.azimuth_rad), without_whole_turns(attitude.elevation_rad),
                        without_whole_turns(attitude.roll_rad), u.position_error_m.norm(), u.rotation_error_rad);
     }
-    return text;
-}
-
-std::string azimuth_rate_csv(const std::vector<paper::Update>& updates) {
-    std::string text = "time_s,e_alpha_rate_rad_s,predicted_e_alpha_rate_rad_s\n";
-    for (const paper::Update& u : updates) {
-        fmt::format_to(std::back_inserter(text), "{:.9g},{:.9g},{}\n", u.time_s, u.measured_azimuth_rate_error_rad_s,
-                       number(u.predicted_azimuth_rate_error_rad_s));
-    }
-    return text;
-}
-
-void write_error_csv(const std::string& path, const std::vector<paper::Update>& updates) {
-    write_whole_file(path, error_csv(updates));
+    write_whole_file(path, text);
 }
 
 }  // namespace tricoil::host

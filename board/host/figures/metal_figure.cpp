@@ -1,7 +1,6 @@
 // Metal near the coils: response by frequency, error of the pose by distance, error and distortion figure.
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <random>
@@ -93,43 +92,12 @@ void write_distortion(const std::filesystem::path& file, const InterruptGuard& g
     write_whole_file(file, text);
 }
 
-std::vector<Curve> curves(const char* file, const char* x, const char* value) {
-    constexpr std::array kColours{"#b87333", "#888888", "#0044cc", "#008844", "#aa00aa", "#cc0000"};
-    std::vector<Curve> all;
-    for (const sim::NamedMaterial& metal : sim::materials()) {
-        const std::string style = fmt::format("lines lw 1.4 lc rgb '{}'", kColours[all.size() % kColours.size()]);
-        all.push_back({file, x, fmt::format("{}_{}", metal.name, value), std::string(metal.name), style});
-    }
-    return all;
-}
-
 }  // namespace
 
-Picture metal_figure(const std::filesystem::path& folder, const InterruptGuard& guard) {
+void write_metal_figure(const std::filesystem::path& folder, const InterruptGuard& guard) {
     write_response(folder / "metal_response.csv");
     write_distance(folder / "metal_distance.csv", guard);
     write_distortion(folder / "metal_distortion.csv", guard);
-    const std::string size = fmt::format("sphere of {:.0f} mm diameter", 2e3 * kRadius_m);
-    const auto response = [&](const char* part, const char* column) -> Panel {
-        return {fmt::format("{}, {}", part, size), "Frequency (Hz)", "Moment, relative",
-                curves("metal_response.csv", "frequency_hz", column), "set logscale x"};
-    };
-    const Panel distance{"Resting sensor at 0.5 m, 10 kHz, " + size + " beside the middle",
-                         "Distance from the line source to sensor (m)", "Position error (mm)",
-                         curves("metal_distance.csv", "distance_m", "error_mm"), "set logscale y\nset format y '10^{%T}'"};
-    const Panel distortion{
-        "The same sphere at 240 random places, all metals",
-        "Distortion figure (mm)",
-        "Position error (mm)",
-        {{"metal_distortion.csv", "distortion_mm", "error_mm", "one place", "points pt 7 ps 0.4 lc rgb '#cc0000'"},
-         {"metal_distortion.csv", "distortion_mm", "(column('distortion_mm'))", "equal", "lines lw 1 lc rgb 'black'"}},
-        "set logscale xy\nset format xy '10^{%T}'"};
-    return {
-        "metal.svg",
-        {response("In phase (perfect conductor: -1)", "in_phase"), response("Quadrature", "quadrature"), distance, distortion},
-        2,
-        560,
-        300};
 }
 
 }  // namespace tricoil::host
