@@ -216,6 +216,28 @@ TEST_F(LoopWithSensor, ARefusedColumnIsNotTheNewest) {
     EXPECT_EQ(loop->newest(), newest);
 }
 
+class LoopWithTwoSensors : public LoopWithSensor {
+protected:
+    LoopWithTwoSensors() { port.sensors = 2; }
+    void do_measure(protocol::ColumnMessage& column) override { column.sensor = sensor_; }
+
+    std::uint8_t sensor_ = 0;
+};
+
+TEST_F(LoopWithTwoSensors, ASensorThatFallsSilentAloneIsStale) {
+    see_frames(10);
+    ASSERT_TRUE(pose_.valid());
+    sensor_ = 1;
+    bool is_stale = false;
+    for (int n = 0; n < 100 && !is_stale; ++n) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        see_frames(1);
+        loop->step();
+        is_stale = pose_.sensor == 0 && pose_.flags.has(tracking::PoseFlag::stale);
+    }
+    EXPECT_TRUE(is_stale);
+}
+
 TEST_F(LoopWithSensor, FlagsPosesAfterALostOrRefusedColumn) {
     const auto is_flagged = [&] { return pose_.flags.has(tracking::PoseFlag::columns_missing); };
     see_frames(10);

@@ -21,6 +21,7 @@ namespace tricoil::linux_board {
 class ScriptedPort final : public hal::MessagePort {
 public:
     protocol::Role role = protocol::Role::front_end;
+    std::uint8_t sensors = 1;
     bool is_unplugged = false;
     std::vector<Vec3<float>> hemispheres;  // received, in steps of 1/127
     std::size_t hemispheres_at_start = 0;  // before the newest start
@@ -41,6 +42,7 @@ private:
         if (command.opcode == static_cast<std::uint8_t>(protocol::Opcode::hello)) {
             protocol::IdentifyMessage identity;
             identity.role = static_cast<std::uint8_t>(role);
+            identity.sensors = sensors;
             identity.drives_coils = role == protocol::Role::tracker ? 1 : 0;
             say(identity);
         }
