@@ -31,8 +31,8 @@ struct Layout<Matrix<S, Rows, Columns, Storage>> {
     using Element = S;
     static constexpr int kRows = Rows;
     static constexpr int kColumns = Columns;
-    static constexpr int kRowStep = Storage == Order::by_columns ? 1 : Columns;
-    static constexpr int kColumnStep = Storage == Order::by_columns ? Rows : 1;
+    static constexpr int kRowStep = Storage == Order::by_columns ? 1 : Columns;  // NOLINT(bugprone-branch-clone): vectors
+    static constexpr int kColumnStep = Storage == Order::by_columns ? Rows : 1;  // NOLINT(bugprone-branch-clone)
 };
 template <typename E, int Rows, int Columns, int RowStep, int ColumnStep>
 struct Layout<Block<E, Rows, Columns, RowStep, ColumnStep>> {
