@@ -43,7 +43,6 @@ public:
     Usart& serial(unsigned number);
 
 private:
-    Rcc& rcc_;
     std::vector<std::unique_ptr<Timer>> timers_;
     std::vector<std::unique_ptr<Usart>> serials_;
     Crc crc_;

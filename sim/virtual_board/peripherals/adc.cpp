@@ -60,11 +60,11 @@ constexpr double kMaxIdleS = 1e-3;  // ES0430 2.7.10
 }  // namespace adc
 
 Adc::Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& params)
-    : machine_(machine),
+    : RegisterPeripheral(adc_registers()),
+      machine_(machine),
       dma_(dma),
       common_(common),
       params_(params),
-      registers_(adc_registers()),
       ready_(machine.events,
              [this] {
                  is_ready_ = true;
@@ -318,8 +318,7 @@ std::uint32_t Adc::read(std::uint32_t offset) {
     }
 }
 
-void Adc::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Adc::apply(std::uint32_t offset, std::uint32_t value) {
     const bool set_up = offset != adc::kIsr && offset != adc::kIer && offset != adc::kCr && offset != adc::kTr1;
     if (set_up && runs()) {
         throw RunFailure("register is written while conversions run");

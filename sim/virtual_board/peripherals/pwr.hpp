@@ -4,11 +4,11 @@
 #include <functional>
 
 #include "sim/virtual_board/machine/machine.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
-class Pwr final : public Peripheral {
+class Pwr final : public RegisterPeripheral {
 public:
     explicit Pwr(Machine& machine);
 
@@ -37,18 +37,16 @@ public:
     void set_standby_flag() { status_ |= 1U << kStandbyFlag; }
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     static constexpr std::uint32_t kCr1 = 0x00;
     static constexpr std::uint32_t kCr3 = 0x08;
     static constexpr std::uint32_t kCr5 = 0x80;
     static constexpr unsigned kWakePins = 5;
     static constexpr unsigned kStandbyFlag = 8;
 
-    RegisterFile<33> registers_;
     Event settled_;
     std::uint32_t status_ = 0;  // SR1
     std::uint32_t pins_ = 0;
