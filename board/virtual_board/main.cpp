@@ -270,8 +270,8 @@ int main_program(int argc, char** argv) {
     program.add_flag("--registers", o.list_registers, "Print every modelled register with its modelled bits, and exit");
     program.add_option("--report", o.report, "Write the final report to this file");
     std::string faults = "Fault of the simulated world (as in tricoil run --fault) or of the board, NAME[:NUMBER][@BEGIN[-END]]:";
-    for (const std::string& help : board_fault_help()) {
-        faults += "\n" + help;
+    for (const BoardFaultKind& kind : board_fault_kinds()) {
+        faults += std::string("\n") + kind.help;
     }
     program.add_option("--fault", o.faults, faults);
     return host::parse_command_line(program, argc, argv) ? run(o) : to_int(host::ExitCode::fine);
