@@ -18,7 +18,7 @@ bool is_clear_halt(const UsbTransfer& t) { return t.setup[0] == 0x02 && t.setup[
 
 }  // namespace
 
-UsbWire::UsbWire(Machine& machine, Usb& board) : board_(board), machine_(machine), step_(machine.events, [this] { step(); }) {}
+UsbWire::UsbWire(Machine& machine, Usb& board) : board_(board), step_(machine.events, [this] { step(); }) {}
 
 bool& UsbWire::toggle_of(const UsbTransfer& transfer) { return toggles_[transfer.endpoint + (transfer.to_host ? 8 : 0)]; }
 
