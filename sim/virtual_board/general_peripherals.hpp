@@ -10,7 +10,6 @@
 #include "sim/virtual_board/peripherals/dma.hpp"
 #include "sim/virtual_board/peripherals/rcc.hpp"
 #include "sim/virtual_board/peripherals/rng.hpp"
-#include "sim/virtual_board/peripherals/stored_registers.hpp"
 #include "sim/virtual_board/peripherals/timer.hpp"
 #include "sim/virtual_board/peripherals/usart.hpp"
 #include "sim/virtual_board/peripherals/wwdg.hpp"

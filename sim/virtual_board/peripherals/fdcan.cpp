@@ -1,7 +1,5 @@
 #include "sim/virtual_board/peripherals/fdcan.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>

@@ -12,11 +12,9 @@ class Pwr final : public RegisterPeripheral {
 public:
     explicit Pwr(Machine& machine);
 
-    /// Frequency limits of the core voltage.
+    /// Frequency limits of the core voltage, `boost` after the regulator has settled.
     enum class Range : std::uint8_t { boost, normal, low, low_power_run };
     [[nodiscard]] Range range() const;
-    /// True after the regulator has settled.
-    [[nodiscard]] bool is_boosted() const { return range() == Range::boost; }
     /// True if the dead-battery pull-downs (USB-C) on PB4 and PB6 are off.
     [[nodiscard]] bool dead_battery_disabled() const { return is_set(registers_[kCr3], 14); }
     [[nodiscard]] bool backup_is_writable() const { return is_set(registers_[kCr1], 8); }

@@ -1,8 +1,6 @@
 // Peripherals whose registers only store the written values.
 #pragma once
 
-#include <functional>
-
 #include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
