@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "hal/interface.hpp"
+
 namespace tricoil::hal {
 
 struct BoardReading {
@@ -10,13 +12,8 @@ struct BoardReading {
     std::int16_t temperature_cdeg = 0;  // hundredths of a degree Celsius
 };
 
-class BoardMonitor {
+class BoardMonitor : public Interface {
 public:
-    BoardMonitor() = default;
-    BoardMonitor(const BoardMonitor&) = delete;
-    BoardMonitor& operator=(const BoardMonitor&) = delete;
-    virtual ~BoardMonitor() = default;
-
     /// Measures; takes less than a tenth of a millisecond. Thread context, and only while the sampler is stopped, because both
     /// may use the same converter. A reading without a supply voltage: the measurement failed.
     [[nodiscard]] BoardReading read() { return do_read(); }

@@ -2,17 +2,13 @@
 #pragma once
 
 #include "core/base/time.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
 /// A monotonic clock in the device's time base. Sample blocks carry timestamps of this clock.
-class Clock {
+class Clock : public Interface {
 public:
-    Clock() = default;
-    Clock(const Clock&) = delete;
-    Clock& operator=(const Clock&) = delete;
-    virtual ~Clock() = default;
-
     /// Any context, interrupts included; never decreases.
     [[nodiscard]] DeviceTime now() const { return do_now(); }
 

@@ -3,18 +3,14 @@
 
 #include "core/base/status.hpp"
 #include "core/signal/excitation.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
 /// Drives one excitation state: S1-S3, all, or off. Contract: the coils are off after construction, after any excite() that did
 /// not return ok, and after destruction.
-class CoilDriver {
+class CoilDriver : public Interface {
 public:
-    CoilDriver() = default;
-    CoilDriver(const CoilDriver&) = delete;
-    CoilDriver& operator=(const CoilDriver&) = delete;
-    virtual ~CoilDriver() = default;
-
     /// Changes the excitation state, effective from the next sample block. The old coil goes off before the new one goes on.
     /// Thread context, never an interrupt; does not wait for the current to settle. ok; invalid_argument: this board cannot drive
     /// that state; over_current: the power stages have shut down because of over-current, until sampling is started again;

@@ -4,17 +4,13 @@
 #include "core/base/status.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/sample_block.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
 /// Samples three sensor coils and the reference current simultaneously, block by block.
-class CoilSampler {
+class CoilSampler : public Interface {
 public:
-    CoilSampler() = default;
-    CoilSampler(const CoilSampler&) = delete;
-    CoilSampler& operator=(const CoilSampler&) = delete;
-    virtual ~CoilSampler() = default;
-
     /// Starts sampling blocks according to the plan. Thread context. ok; invalid_argument: the converter does not support the
     /// rate or the block length; device_lost.
     Status start(const signal::AcquisitionPlan& plan) { return do_start(plan); }

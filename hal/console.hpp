@@ -4,16 +4,12 @@
 #include <string_view>
 
 #include "core/base/status.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
-class Console {
+class Console : public Interface {
 public:
-    Console() = default;
-    Console(const Console&) = delete;
-    Console& operator=(const Console&) = delete;
-    virtual ~Console() = default;
-
     /// Prints `text` unchanged. Thread context; may block. ok; device_lost: the reader is gone.
     Status write(std::string_view text) { return do_write(text); }
 

@@ -6,18 +6,14 @@
 #include "core/base/status.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/gain_step.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
 /// One gain step applies to all three sensor channels; the reference channel has no amplifier. Step 0 has the lowest gain. The
 /// first steps may reduce the drive of the source (GainStep::drive), for sensors that are near.
-class GainControl {
+class GainControl : public Interface {
 public:
-    GainControl() = default;
-    GainControl(const GainControl&) = delete;
-    GainControl& operator=(const GainControl&) = delete;
-    virtual ~GainControl() = default;
-
     /// Number of steps, at least one.
     [[nodiscard]] std::uint8_t steps() const { return do_steps(); }
 

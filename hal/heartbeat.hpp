@@ -2,18 +2,14 @@
 #pragma once
 
 #include "core/base/status.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
 /// A retriggerable monostable enables the power stages only while beat() is called often enough. When a program hangs or is
 /// killed, all coils go off.
-class Heartbeat {
+class Heartbeat : public Interface {
 public:
-    Heartbeat() = default;
-    Heartbeat(const Heartbeat&) = delete;
-    Heartbeat& operator=(const Heartbeat&) = delete;
-    virtual ~Heartbeat() = default;
-
     /// Sends one edge to the monostable. Call it at least once per third of the monostable's time, and only from the loop that it
     /// supervises. ok; device_lost: the line is gone and the coils will go off.
     Status beat() { return do_beat(); }

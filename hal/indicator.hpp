@@ -1,15 +1,12 @@
 // Status LED.
 #pragma once
 
+#include "hal/interface.hpp"
+
 namespace tricoil::hal {
 
-class Indicator {
+class Indicator : public Interface {
 public:
-    Indicator() = default;
-    Indicator(const Indicator&) = delete;
-    Indicator& operator=(const Indicator&) = delete;
-    virtual ~Indicator() = default;
-
     /// Any context; cannot fail.
     void show(bool lit) { do_show(lit); }
 

@@ -3,18 +3,14 @@
 
 #include "core/base/status.hpp"
 #include "core/tracking/pose_estimate.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
 /// Carries pose estimates to a consumer: a bus, a file, a screen.
 template <typename Estimate>
-class EstimateLink {
+class EstimateLink : public Interface {
 public:
-    EstimateLink() = default;
-    EstimateLink(const EstimateLink&) = delete;
-    EstimateLink& operator=(const EstimateLink&) = delete;
-    virtual ~EstimateLink() = default;
-
     /// Sends one estimate, valid or not. Thread context; does not wait for the receiver. ok; not_ready: the queue is full and
     /// this estimate is dropped; device_lost: the receiver is gone.
     Status send(const Estimate& estimate) { return do_send(estimate); }

@@ -7,6 +7,7 @@
 #include "core/base/status.hpp"
 #include "core/base/time.hpp"
 #include "core/protocol/wire_error.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
@@ -28,29 +29,35 @@ struct PortCounters {
 };
 
 /// Only wait() blocks. After device_lost the port is closed and open() may be called again. Thread context, one thread.
-class MessagePort {
+class MessagePort : public Interface {
 public:
-    MessagePort() = default;
-    MessagePort(const MessagePort&) = delete;
-    MessagePort& operator=(const MessagePort&) = delete;
-    virtual ~MessagePort() = default;
-
     /// Opens the device; reopens it if it was open. ok; device_lost: the device is absent, not usable, or not a tricoil device;
     /// see detail().
-    Status open() { return do_open(); }
+    Status open() {
+        close();
+        const Status status = do_open();
+        is_open_ = status.ok();
+        return status;
+    }
 
     /// Cannot fail; open() may follow.
-    void close() { do_close(); }
+    void close() {
+        if (is_open_) {
+            is_open_ = false;
+            do_close();
+        }
+    }
+    [[nodiscard]] bool is_open() const { return is_open_; }
 
     /// Queues one whole message. ok; not_ready: the queue is full or the link is down for now; this message is dropped and
     /// counted; invalid_argument: longer than the longest message; device_lost.
-    Status send(std::span<const std::uint8_t> message) { return do_send(message); }
+    Status send(std::span<const std::uint8_t> message) { return is_open_ ? noted(do_send(message), &counters_.sent) : kClosed; }
 
     /// Returns the oldest received message. ok; not_ready: none yet; device_lost.
-    Status receive(ReceivedMessage& message) { return do_receive(message); }
+    Status receive(ReceivedMessage& message) { return is_open_ ? noted(do_receive(message), &counters_.received) : kClosed; }
 
     /// Waits until receive() may return a message, at most for `timeout`. ok; timed_out; device_lost.
-    Status wait(Microseconds timeout) { return do_wait(timeout); }
+    Status wait(Microseconds timeout) { return is_open_ ? noted(do_wait(timeout), nullptr) : kClosed; }
 
     /// Explanation of the last failed open() or the last link loss: the device, the problem, and the remedy. Empty if there is
     /// none.
@@ -65,6 +72,18 @@ protected:
     protocol::WireCounters& damaged() { return wire_errors_; }
 
 private:
+    static constexpr Status kClosed{StatusCode::device_lost, "port is closed"};
+
+    Status noted(Status status, std::uint64_t* successes) {
+        if (status.code() == StatusCode::device_lost) {
+            close();
+        } else if (status.ok() && successes != nullptr) {
+            ++*successes;
+        }
+        return status;
+    }
+
+    // Called only for a port that is closed (do_open) or open (the others).
     virtual Status do_open() = 0;
     virtual void do_close() = 0;
     virtual Status do_send(std::span<const std::uint8_t> message) = 0;
@@ -74,6 +93,7 @@ private:
 
     PortCounters counters_;
     protocol::WireCounters wire_errors_;
+    bool is_open_ = false;
 };
 
 }  // namespace tricoil::hal

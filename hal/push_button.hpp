@@ -1,15 +1,12 @@
 // Button of a device.
 #pragma once
 
+#include "hal/interface.hpp"
+
 namespace tricoil::hal {
 
-class PushButton {
+class PushButton : public Interface {
 public:
-    PushButton() = default;
-    PushButton(const PushButton&) = delete;
-    PushButton& operator=(const PushButton&) = delete;
-    virtual ~PushButton() = default;
-
     /// Present level of the contact, without debouncing. Any context; cannot fail.
     [[nodiscard]] bool is_pressed() const { return do_is_pressed(); }
 

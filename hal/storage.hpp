@@ -6,20 +6,16 @@
 #include <span>
 
 #include "core/base/status.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
 /// Slots. A slot is erased as a whole; after that each double-word is programmed once. If power fails during one of these
 /// operations, the double-word or the slot under change may read as any value or be unreadable; all others keep their content.
-class Storage {
+class Storage : public Interface {
 public:
     /// Size of one programming operation; offsets are multiples of it.
     static constexpr std::size_t kWordBytes = 8;
-
-    Storage() = default;
-    Storage(const Storage&) = delete;
-    Storage& operator=(const Storage&) = delete;
-    virtual ~Storage() = default;
 
     [[nodiscard]] std::size_t slots() const { return do_slots(); }
     [[nodiscard]] std::size_t slot_bytes() const { return do_slot_bytes(); }

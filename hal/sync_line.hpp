@@ -3,16 +3,12 @@
 
 #include "core/base/status.hpp"
 #include "core/base/time.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
-class SyncLine {
+class SyncLine : public Interface {
 public:
-    SyncLine() = default;
-    SyncLine(const SyncLine&) = delete;
-    SyncLine& operator=(const SyncLine&) = delete;
-    virtual ~SyncLine() = default;
-
     /// Returns the time of the oldest unread edge, on the host's monotonic clock. Never waits. ok; not_ready: no new edge;
     /// device_lost.
     Status next_edge(HostTime& edge) { return do_next_edge(edge); }

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/base/flag_set.hpp"
+#include "hal/interface.hpp"
 #include "hal/system_report.hpp"
 
 namespace tricoil::hal {
@@ -24,13 +25,8 @@ enum class SystemFault : std::uint8_t {
 };
 using SystemFaults = FlagSet<SystemFault>;
 
-class SystemControl {
+class SystemControl : public Interface {
 public:
-    SystemControl() = default;
-    SystemControl(const SystemControl&) = delete;
-    SystemControl& operator=(const SystemControl&) = delete;
-    virtual ~SystemControl() = default;
-
     [[nodiscard]] ResetReason reset_reason() const { return do_reset_reason(); }
 
     /// Present state; polled many times a second. Thread context.

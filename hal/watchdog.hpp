@@ -3,17 +3,13 @@
 
 #include "core/base/status.hpp"
 #include "core/base/time.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 
 /// After start() only a reset stops it. The reset removes the current from the coils.
-class Watchdog {
+class Watchdog : public Interface {
 public:
-    Watchdog() = default;
-    Watchdog(const Watchdog&) = delete;
-    Watchdog& operator=(const Watchdog&) = delete;
-    virtual ~Watchdog() = default;
-
     /// Resets the processor unless feed() is called at least once per `timeout`. Thread context. ok; invalid_argument: the
     /// timeout is outside the watchdog's range; timed_out: the watchdog does not start.
     Status start(Microseconds timeout) { return do_start(timeout); }

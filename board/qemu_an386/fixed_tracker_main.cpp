@@ -15,7 +15,7 @@ constexpr char kRecord[] = "samples.bin";  // in the emulator's working director
 
 // Static, because the board has no heap.
 board::StillCoilDriver coils;
-board::RecordClock record_clock;
+board::SampleClock record_clock;
 std::optional<board::RecordedCoilSampler> sampler;
 std::optional<app::FixedLoop> loop;
 

@@ -9,23 +9,12 @@
 
 namespace tricoil::board {
 
-/// Time of the last poll in the record.
-class RecordClock final : public hal::Clock {
-public:
-    void set(DeviceTime now) { now_ = now; }
-
-private:
-    [[nodiscard]] DeviceTime do_now() const override { return now_; }
-
-    DeviceTime now_{};
-};
-
-/// Blocks of a sample record (fixed::RecordHead), until its end.
+/// Blocks of a sample record (fixed::RecordHead), until its end. Sets the clock to the time of the last poll in the record.
 class RecordedCoilSampler final : public hal::CoilSampler {
 public:
     static constexpr std::size_t kMaxSamples = 256;  // per block
 
-    RecordedCoilSampler(semihosting::InputFile& file, const StillCoilDriver& coils, RecordClock& clock)
+    RecordedCoilSampler(semihosting::InputFile& file, const StillCoilDriver& coils, SampleClock& clock)
         : file_(file), coils_(coils), clock_(clock) {}
 
     /// Reads the head of the record, before start(). Errors: end_of_stream if there is no record, and those of fixed::params_of.
@@ -39,7 +28,7 @@ private:
 
     semihosting::InputFile& file_;
     const StillCoilDriver& coils_;
-    RecordClock& clock_;
+    SampleClock& clock_;
     std::size_t block_samples_ = 0;
     std::array<Sample, kMaxSamples> samples_{};
 };

@@ -5,8 +5,8 @@
 #include "board/cortex_m/reset.hpp"
 #include "core/base/assertion.hpp"
 #include "core/base/text_line.hpp"
+#include "drivers/semihosting/call.hpp"
 #include "drivers/semihosting/console.hpp"
-#include "drivers/semihosting/exit.hpp"
 
 namespace {
 constexpr int kExitFault = 99;  // exit status after a fault or a forbidden call

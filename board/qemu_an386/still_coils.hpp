@@ -24,10 +24,11 @@ private:
     Excitation state_ = Excitation::off;
 };
 
-/// Clock that the sampler advances.
+/// Clock that the sampler moves.
 class SampleClock final : public hal::Clock {
 public:
     void advance(Microseconds step) { now_ += step; }
+    void set(DeviceTime now) { now_ = now; }
 
 private:
     [[nodiscard]] DeviceTime do_now() const override { return now_; }

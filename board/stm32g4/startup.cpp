@@ -4,7 +4,6 @@
 
 #include "board/cortex_m/program.hpp"
 #include "board/cortex_m/reset.hpp"
-#include "board/stm32g4/boot_record.hpp"
 #include "board/stm32g4/startup.hpp"
 #include "core/base/assertion.hpp"
 #include "drivers/stm32g4/registers/cortex.hpp"

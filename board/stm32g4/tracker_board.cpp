@@ -4,8 +4,8 @@
 
 #include "board/cortex_m/program.hpp"
 #include "board/cortex_m/stack.hpp"
-#include "board/stm32g4/boot_record.hpp"
 #include "board/stm32g4/image_check.hpp"
+#include "board/stm32g4/startup.hpp"
 #include "drivers/stm32g4/registers/peripheral.hpp"
 #include "measuring.hpp"  // from the board's own folder, like pins.hpp
 #include "pins.hpp"

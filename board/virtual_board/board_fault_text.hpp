@@ -9,8 +9,6 @@
 namespace tricoil::virtual_board {
 
 std::vector<std::string> board_fault_names();
-/// One line per fault: name and effect.
-std::vector<std::string> board_fault_help();
 [[nodiscard]] bool is_board_fault(const std::string& text);
 /// Throws host::InputError for an unknown name, number or time.
 BoardFault parse_board_fault(const std::string& text);

@@ -1,13 +1,13 @@
 #include "board/virtual_board/bridges.hpp"
 
 #include <fcntl.h>
-#include <pty.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 
 #include "board/support/errors.hpp"
+#include "drivers/posix/raw_terminal.hpp"
 
 namespace tricoil::virtual_board {
 namespace {
@@ -20,8 +20,6 @@ int result_code(UsbResult result) {
             return 0;
         case UsbResult::stalled:
             return -EPIPE;
-        case UsbResult::cancelled:
-            return -ECONNRESET;
         case UsbResult::gone:
             return -EPROTO;
     }
@@ -30,19 +28,11 @@ int result_code(UsbResult result) {
 
 }  // namespace
 
-SerialBridge::SerialBridge(SerialLine& line) : line_(line) {
-    int master = -1;
-    int slave = -1;
-    std::array<char, 128> name{};
-    termios raw{};
-    ::cfmakeraw(&raw);
-    if (::openpty(&master, &slave, name.data(), &raw, nullptr) != 0) {
+SerialBridge::SerialBridge(SerialLine& line) : line_(line), path_(drivers::open_pseudo_terminal(master_, slave_)) {
+    if (path_.empty()) {
         throw host::DeviceError("serial line: cannot open a pseudo terminal; check that /dev/pts is mounted");
     }
-    ::fcntl(master, F_SETFL, O_NONBLOCK);
-    master_.reset(master);
-    slave_.reset(slave);
-    path_ = name.data();
+    ::fcntl(master_.get(), F_SETFL, O_NONBLOCK);
     line_.on_byte = [this](std::uint8_t byte) {
         if (unsent_.size() < kMaxUnsent) {
             unsent_.push_back(byte);

@@ -17,11 +17,10 @@
 #include "board/support/nearest_name.hpp"
 #include "board/support/sim_input/fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
+#include "board/support/text_table.hpp"
 #include "board/support/whole_file.hpp"
 #include "board/virtual_board/board_fault_text.hpp"
 #include "board/virtual_board/bridges.hpp"
-#include "board/virtual_board/can_rate_text.hpp"
-#include "board/virtual_board/register_list.hpp"
 #include "board/virtual_board/symbols_file.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 #include "sim/virtual_board/board_fault.hpp"
@@ -56,7 +55,10 @@ struct Options {
 
 constexpr double kEndlessS = 3e6;  // range of Ticks
 constexpr double kLargestChangeK = 60;
-constexpr double kStepS = 250e-6;  // simulated time between two transfers of data on the links
+constexpr double kStepS = 250e-6;       // simulated time between two transfers of data on the links
+constexpr unsigned kLowestHz = 10'000;  // ISO 11898: 1 Mbit/s in the arbitration phase, 8 Mbit/s in the data phase
+constexpr unsigned kHighestNominalHz = 1'000'000;
+constexpr unsigned kHighestDataHz = 8'000'000;
 
 /// An unknown name is reported with the names of the world's faults and of the board's faults.
 void check_fault_name(const std::string& text) {
@@ -64,6 +66,46 @@ void check_fault_name(const std::string& text) {
     const std::vector<std::string> of_the_board = board_fault_names();
     names.insert(names.end(), of_the_board.begin(), of_the_board.end());
     (void)host::index_of_name("fault", text.substr(0, text.find_first_of(":@")), names);
+}
+
+/// NOMINAL or NOMINAL/DATA in bit/s; without DATA both phases have the same rate. Throws host::InputError.
+CanWire::Rates parse_can_rate(const std::string& text) {
+    const auto slash = text.find('/');
+    const unsigned nominal = host::number_from<unsigned>(text.substr(0, slash)).value_or(0);
+    const unsigned data = slash == std::string::npos ? nominal : host::number_from<unsigned>(text.substr(slash + 1)).value_or(0);
+    if (nominal < kLowestHz || nominal > kHighestNominalHz || data < nominal || data > kHighestDataHz) {
+        throw host::InputError(
+            "--can-rate '" + text +
+            "': give NOMINAL or NOMINAL/DATA in bit/s: NOMINAL 10000 to 1000000, DATA up to 8000000, for example "
+            "500000/2000000");
+    }
+    return {static_cast<double>(nominal), static_cast<double>(data)};
+}
+
+/// Any image that the board accepts: a stack pointer and a reset vector.
+std::vector<std::uint8_t> smallest_image() {
+    std::vector<std::uint8_t> image(256, 0);
+    image[3] = 0x20;  // 0x20000100
+    image[1] = 0x01;
+    image[4] = 0x81;  // 0x08000081
+    image[7] = 0x08;
+    return image;
+}
+
+/// A Markdown table: peripheral, register, address, reset value, modelled bits, refused fields.
+std::string register_list(const sim::Scenario& scenario) {
+    VirtualBoard board(smallest_image(), scenario);
+    std::vector<Mapping> mappings = board.machine.bus.mappings();
+    std::sort(mappings.begin(), mappings.end(), [](const Mapping& a, const Mapping& b) { return a.base < b.base; });
+    std::string text =
+        "| peripheral | register | address | reset | modelled bits | refused fields |\n|---|---|---|---|---|---|\n";
+    for (const Mapping& mapping : mappings) {
+        for (const Register& r : mapping.device->registers()) {
+            text += fmt::format("| {} | {} | {:#010x} | {:#010x} | {:#010x} | {} |\n", mapping.name, r.name,
+                                mapping.base + r.offset, r.reset, r.modelled, r.others);
+        }
+    }
+    return text;
 }
 
 std::vector<std::uint8_t> read_file(const std::string& path) {
@@ -270,8 +312,8 @@ int main_program(int argc, char** argv) {
     program.add_flag("--registers", o.list_registers, "Print every modelled register with its modelled bits, and exit");
     program.add_option("--report", o.report, "Write the final report to this file");
     std::string faults = "Fault of the simulated world (as in tricoil run --fault) or of the board, NAME[:NUMBER][@BEGIN[-END]]:";
-    for (const std::string& help : board_fault_help()) {
-        faults += "\n" + help;
+    for (const BoardFaultKind& kind : board_fault_kinds()) {
+        faults += std::string("\n") + kind.help;
     }
     program.add_option("--fault", o.faults, faults);
     return host::parse_command_line(program, argc, argv) ? run(o) : to_int(host::ExitCode::fine);

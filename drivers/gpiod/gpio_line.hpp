@@ -5,17 +5,14 @@
 #include <memory>
 #include <string>
 
+#include "hal/interface.hpp"
+
 namespace tricoil::drivers {
 
-/// Functions that return bool leave the cause of false in errno.
-class GpioLine {
+/// Functions that return bool leave the cause of false in errno. The destructor releases the line at its present level.
+class GpioLine : public hal::Interface {
 public:
     enum class Use { output, rising_edges };
-
-    GpioLine() = default;
-    GpioLine(const GpioLine&) = delete;
-    GpioLine& operator=(const GpioLine&) = delete;
-    virtual ~GpioLine() = default;  // releases the line at its present level
 
     virtual bool open_chip(const std::string& path) = 0;
     [[nodiscard]] virtual std::string chip_label() const = 0;

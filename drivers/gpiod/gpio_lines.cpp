@@ -88,13 +88,13 @@ Status GpioOutputs::request(const std::vector<GpioLineName>& lines, Text& reason
 
 Status GpioOutputs::set(std::size_t line, bool on) { return line < lines_.size() && lines_[line]->set(on) ? Status{} : lost(); }
 
-Status GpioEdges::request(const GpioLineName& line, Text& reason) {
+Status GpioSyncLine::open(const GpioLineName& line, Text& reason) {
     line_ = request_line(line, GpioLine::Use::rising_edges, reason);
     return line_ ? Status{} : lost();
 }
 
-Status GpioEdges::next(HostTime& edge) {
-    const Status ready = wait(Microseconds{0});
+Status GpioSyncLine::do_next_edge(HostTime& edge) {
+    const Status ready = do_wait(Microseconds{0});
     if (!ready.ok()) {
         return ready.code() == StatusCode::timed_out ? Status{StatusCode::not_ready, "no edge"} : ready;
     }
@@ -106,6 +106,6 @@ Status GpioEdges::next(HostTime& edge) {
     return {};
 }
 
-Status GpioEdges::wait(Microseconds timeout) { return line_ ? wait_readable(line_->edge_fd(), timeout) : lost(); }
+Status GpioSyncLine::do_wait(Microseconds timeout) { return line_ ? wait_readable(line_->edge_fd(), timeout) : lost(); }
 
 }  // namespace tricoil::drivers

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/base/status.hpp"
-#include "core/base/time.hpp"
 #include "drivers/gpiod/gpio_line.hpp"
 #include "drivers/posix/text.hpp"
+#include "hal/sync_line.hpp"
 
 namespace tricoil::drivers {
 
@@ -37,15 +37,15 @@ private:
     std::vector<std::unique_ptr<GpioLine>> lines_;
 };
 
-/// Rising edges of one line, with the kernel's timestamps.
-class GpioEdges {
+/// Rising edges of one input, with the kernel's timestamps: the sync line from the front end.
+class GpioSyncLine final : public hal::SyncLine {
 public:
-    Status request(const GpioLineName& line, Text& reason);  // as GpioOutputs::request
-    /// Returns the oldest edge. ok; not_ready; device_lost.
-    Status next(HostTime& edge);
-    Status wait(Microseconds timeout);  // ok; timed_out; device_lost
+    Status open(const GpioLineName& line, Text& reason);  // as GpioOutputs::request
 
 private:
+    Status do_next_edge(HostTime& edge) override;
+    Status do_wait(Microseconds timeout) override;
+
     std::unique_ptr<GpioLine> line_;
 };
 

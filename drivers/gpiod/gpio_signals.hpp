@@ -1,9 +1,8 @@
-// Heartbeat line to the hardware enable, and sync line from the front end.
+// Heartbeat line to the hardware enable.
 #pragma once
 
 #include "drivers/gpiod/gpio_lines.hpp"
 #include "hal/heartbeat.hpp"
-#include "hal/sync_line.hpp"
 
 namespace tricoil::drivers {
 
@@ -22,17 +21,6 @@ private:
 
     GpioOutputs line_;
     bool level_ = false;
-};
-
-class GpioSyncLine final : public hal::SyncLine {
-public:
-    Status open(const GpioLineName& line, Text& reason) { return edges_.request(line, reason); }
-
-private:
-    Status do_next_edge(HostTime& edge) override { return edges_.next(edge); }
-    Status do_wait(Microseconds timeout) override { return edges_.wait(timeout); }
-
-    GpioEdges edges_;
 };
 
 }  // namespace tricoil::drivers

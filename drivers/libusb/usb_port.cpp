@@ -12,8 +12,6 @@ constexpr Microseconds kFaultPause{5000};  // before a failed transfer is repeat
 constexpr int kCloseAttempts = 50;
 constexpr Microseconds kCloseAttempt{20'000};
 
-constexpr Status closed() { return {StatusCode::device_lost, "USB port is closed"}; }
-
 timeval to_timeval(Microseconds time) {
     const std::int64_t us = std::max<std::int64_t>(time.count(), 0);
     return {static_cast<time_t>(us / 1'000'000), static_cast<suseconds_t>(us % 1'000'000)};
@@ -22,7 +20,6 @@ timeval to_timeval(Microseconds time) {
 }  // namespace
 
 Status UsbPort::do_open() {
-    do_close();
     if (const Status status = open_usb(address_, device_, reason()); !status.ok()) {
         device_.close();
         return status;
@@ -31,16 +28,17 @@ Status UsbPort::do_open() {
     first_packet_ = packet_count_ = packet_at_ = 0;
     lost_ = closing_ = in_stalled_ = out_stalled_ = false;
     const int packet = std::min(device_.packet_bytes, static_cast<int>(kLongestPacket));
-    for (Outgoing& out : outgoing_) {
-        out.busy = false;
-        out.transfer = libusb_alloc_transfer(0);
-        libusb_fill_bulk_transfer(out.transfer, device_.handle.get(), device_.out, out.bytes.data(), 0, &on_sent, this,
+    for (Transfer& transfer : transfers_) {
+        transfer.port = this;
+        transfer.handle = libusb_alloc_transfer(0);
+    }
+    for (Transfer& out : outgoing()) {
+        libusb_fill_bulk_transfer(out.handle, device_.handle.get(), device_.out, out.bytes.data(), 0, &on_end, &out,
                                   kSendTimeoutMs);
     }
-    for (Incoming& in : incoming_) {
+    for (Transfer& in : incoming()) {
         // One packet per transfer: a full packet does not end a longer transfer, and its message would wait for the next packet.
-        in.transfer = libusb_alloc_transfer(0);
-        libusb_fill_bulk_transfer(in.transfer, device_.handle.get(), device_.in, in.bytes.data(), packet, &on_received, this, 0);
+        libusb_fill_bulk_transfer(in.handle, device_.handle.get(), device_.in, in.bytes.data(), packet, &on_end, &in, 0);
         submit(in);
     }
     reason().clear();
@@ -52,66 +50,48 @@ void UsbPort::do_close() {
         return;
     }
     closing_ = true;
-    for (Incoming& in : incoming_) {
-        if (in.busy) {
-            libusb_cancel_transfer(in.transfer);
-        }
-    }
-    for (Outgoing& out : outgoing_) {
-        if (out.busy) {
-            libusb_cancel_transfer(out.transfer);
+    for (const Transfer& transfer : transfers_) {
+        if (transfer.busy) {
+            libusb_cancel_transfer(transfer.handle);
         }
     }
     for (int round = 0; round < kCloseAttempts && in_flight(); ++round) {
         timeval time = to_timeval(kCloseAttempt);
         libusb_handle_events_timeout_completed(device_.context.get(), &time, nullptr);
     }
-    const auto free_transfer = [](auto& owner) {
-        if (!owner.busy) {  // the library keeps a transfer that never returned
-            libusb_free_transfer(owner.transfer);
+    for (Transfer& transfer : transfers_) {
+        if (!transfer.busy) {  // the library keeps a transfer that never returned
+            libusb_free_transfer(transfer.handle);
         }
-        owner.transfer = nullptr;
-        owner.busy = false;
-    };
-    std::for_each(incoming_.begin(), incoming_.end(), free_transfer);
-    std::for_each(outgoing_.begin(), outgoing_.end(), free_transfer);
+        transfer.handle = nullptr;
+        transfer.busy = false;
+    }
     libusb_release_interface(device_.handle.get(), 0);
     device_.close();
 }
 
 bool UsbPort::in_flight() const {
-    const auto busy = [](const auto& owner) { return owner.busy; };
-    return std::any_of(incoming_.begin(), incoming_.end(), busy) || std::any_of(outgoing_.begin(), outgoing_.end(), busy);
+    return std::any_of(transfers_.begin(), transfers_.end(), [](const Transfer& transfer) { return transfer.busy; });
 }
 
-void UsbPort::submit(Incoming& incoming) {
-    const int error = libusb_submit_transfer(incoming.transfer);
-    incoming.busy = error == 0;
+bool UsbPort::submit(Transfer& transfer) {
+    const int error = libusb_submit_transfer(transfer.handle);
+    transfer.busy = error == 0;
     lost_ = lost_ || error == LIBUSB_ERROR_NO_DEVICE;
+    return transfer.busy;
 }
 
-void UsbPort::on_received(libusb_transfer* transfer) {
-    auto* const port = static_cast<UsbPort*>(transfer->user_data);
-    const auto own =
-        std::find_if(port->incoming_.begin(), port->incoming_.end(), [&](const Incoming& in) { return in.transfer == transfer; });
-    own->busy = false;
-    if (transfer->status == LIBUSB_TRANSFER_COMPLETED) {
-        port->take(*transfer);
-        if (!port->closing_) {
-            port->submit(*own);
+void UsbPort::on_end(libusb_transfer* ended) {
+    auto& own = *static_cast<Transfer*>(ended->user_data);
+    UsbPort& port = *own.port;
+    own.busy = false;
+    if (ended->status != LIBUSB_TRANSFER_COMPLETED) {
+        port.note_fault(*ended);
+    } else if (ended->endpoint == port.device_.in) {
+        port.take(*ended);
+        if (!port.closing_) {
+            port.submit(own);
         }
-    } else {
-        port->note_fault(*transfer);
-    }
-}
-
-void UsbPort::on_sent(libusb_transfer* transfer) {
-    auto* const port = static_cast<UsbPort*>(transfer->user_data);
-    const auto own = std::find_if(port->outgoing_.begin(), port->outgoing_.end(),
-                                  [&](const Outgoing& out) { return out.transfer == transfer; });
-    own->busy = false;
-    if (transfer->status != LIBUSB_TRANSFER_COMPLETED) {
-        port->note_fault(*transfer);
     }
 }
 
@@ -156,7 +136,7 @@ void UsbPort::repair() {
         lost_ = lost_ || libusb_clear_halt(device_.handle.get(), device_.out) == LIBUSB_ERROR_NO_DEVICE;
         out_stalled_ = false;
     }
-    for (Incoming& in : incoming_) {
+    for (Transfer& in : incoming()) {
         if (!in.busy && !lost_) {
             submit(in);
         }
@@ -170,33 +150,25 @@ Status UsbPort::handle_events(Microseconds timeout) {
     if (lost_ || error == LIBUSB_ERROR_NO_DEVICE) {
         ++counts().link_losses;
         reason().print("USB device %04x:%04x: it was unplugged", address_.vendor, address_.product);
-        do_close();
         return {StatusCode::device_lost, "USB device is gone"};
     }
     return {};
 }
 
 Status UsbPort::do_send(std::span<const std::uint8_t> message) {
-    if (!device_.handle) {
-        return closed();
-    }
     if (message.empty() || message.size() > protocol::kMaxMessageBytes) {
         return {StatusCode::invalid_argument, "message is empty or too long"};
     }
-    const auto free = std::find_if(outgoing_.begin(), outgoing_.end(), [](const Outgoing& out) { return !out.busy; });
-    if (free == outgoing_.end()) {
+    const auto free = std::ranges::find(outgoing(), false, &Transfer::busy);
+    if (free == outgoing().end()) {
         ++counts().send_queue_full;
         return {StatusCode::not_ready, "the send queue is full: the device does not accept data"};
     }
-    free->transfer->length = static_cast<int>(protocol::frame(message, free->bytes));
-    const int error = libusb_submit_transfer(free->transfer);
-    free->busy = error == 0;
-    lost_ = lost_ || error == LIBUSB_ERROR_NO_DEVICE;
-    if (error != 0) {
+    free->handle->length = static_cast<int>(protocol::frame(message, free->bytes));
+    if (!submit(*free)) {
         ++counts().link_faults;
         return {StatusCode::not_ready, "sending failed"};
     }
-    ++counts().sent;
     return {};
 }
 
@@ -207,7 +179,6 @@ bool UsbPort::unframe(hal::ReceivedMessage& message) {
         while (packet_at_ < packet.size) {
             if (reader_.push(packet.bytes[packet_at_++])) {
                 message = {reader_.message(), arrival, 0};
-                ++counts().received;
                 return true;
             }
             damaged().count(reader_.error());
@@ -220,9 +191,6 @@ bool UsbPort::unframe(hal::ReceivedMessage& message) {
 }
 
 Status UsbPort::do_receive(hal::ReceivedMessage& message) {
-    if (!device_.handle) {
-        return closed();
-    }
     if (unframe(message)) {
         return {};
     }
@@ -233,9 +201,6 @@ Status UsbPort::do_receive(hal::ReceivedMessage& message) {
 }
 
 Status UsbPort::do_wait(Microseconds timeout) {
-    if (!device_.handle) {
-        return closed();
-    }
     if (packet_count_ > 0) {
         return {};
     }

@@ -1,8 +1,10 @@
 // Protocol messages over a pair of USB bulk endpoints.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "core/protocol/stream_framing.hpp"
 #include "drivers/libusb/usb_device.hpp"
@@ -20,15 +22,11 @@ private:
     static constexpr std::size_t kLongestPacket = 1024;
     static constexpr std::size_t kPackets = 256;  // received and not read yet
 
-    struct Outgoing {
-        libusb_transfer* transfer = nullptr;
+    struct Transfer {
+        UsbPort* port = nullptr;
+        libusb_transfer* handle = nullptr;
         bool busy = false;
-        std::array<std::uint8_t, protocol::kMaxFramedBytes> bytes{};
-    };
-    struct Incoming {
-        libusb_transfer* transfer = nullptr;
-        bool busy = false;
-        std::array<std::uint8_t, kLongestPacket> bytes{};
+        std::array<std::uint8_t, std::max(kLongestPacket, protocol::kMaxFramedBytes)> bytes{};
     };
     struct Packet {
         HostTime arrival{};
@@ -42,20 +40,20 @@ private:
     Status do_receive(hal::ReceivedMessage& message) override;
     Status do_wait(Microseconds timeout) override;
 
-    static void on_received(libusb_transfer* transfer);
-    static void on_sent(libusb_transfer* transfer);
+    static void on_end(libusb_transfer* ended);
     void take(const libusb_transfer& transfer);
     void note_fault(const libusb_transfer& transfer);
-    void submit(Incoming& incoming);
+    bool submit(Transfer& transfer);
     bool unframe(hal::ReceivedMessage& message);
     Status handle_events(Microseconds timeout);
     void repair();
     [[nodiscard]] bool in_flight() const;
+    [[nodiscard]] std::span<Transfer> incoming() { return std::span(transfers_).first<kTransfers>(); }
+    [[nodiscard]] std::span<Transfer> outgoing() { return std::span(transfers_).last<kTransfers>(); }
 
     UsbAddress address_;
     UsbDevice device_;
-    std::array<Incoming, kTransfers> incoming_;
-    std::array<Outgoing, kTransfers> outgoing_;
+    std::array<Transfer, 2 * kTransfers> transfers_;
     std::array<Packet, kPackets> packets_;
     std::size_t first_packet_ = 0;
     std::size_t packet_count_ = 0;

@@ -9,4 +9,12 @@ std::int32_t call(Operation operation, const void* argument) {
     return static_cast<std::int32_t>(r0);
 }
 
+void exit(int status) {
+    constexpr std::uint32_t kApplicationExit = 0x20026;
+    const std::uint32_t block[2] = {kApplicationExit, static_cast<std::uint32_t>(status)};
+    for (;;) {
+        call(Operation::exit_extended, block);
+    }
+}
+
 }  // namespace tricoil::semihosting

@@ -17,4 +17,7 @@ enum class Operation : std::uint32_t {
 /// `argument` points to the operation's parameter block, or is null. Returns the operation's result.
 std::int32_t call(Operation operation, const void* argument);
 
+/// Ends the emulation; `status` becomes the emulator's exit status.
+[[noreturn]] void exit(int status);
+
 }  // namespace tricoil::semihosting

@@ -24,16 +24,13 @@ Status StreamPort::do_open() {
 
 /// Ends the exclusive access, because another process may still hold a descriptor of the line.
 void StreamPort::do_close() {
-    if (fd_.is_open()) {
-        ::ioctl(fd_.get(), TIOCNXCL);
-    }
+    ::ioctl(fd_.get(), TIOCNXCL);
     fd_.reset();
 }
 
 Status StreamPort::lost(const char* what) {
     ++counts().link_losses;
     reason().print("serial line: %s (%s)", what, std::strerror(errno));
-    do_close();
     return {StatusCode::device_lost, "serial line is gone"};
 }
 
@@ -51,9 +48,6 @@ bool StreamPort::flush() {
 }
 
 Status StreamPort::do_send(std::span<const std::uint8_t> message) {
-    if (!fd_.is_open()) {
-        return {StatusCode::device_lost, "serial line is closed"};
-    }
     if (message.empty() || message.size() > protocol::kMaxMessageBytes) {
         return {StatusCode::invalid_argument, "message is empty or too long"};
     }
@@ -66,14 +60,10 @@ Status StreamPort::do_send(std::span<const std::uint8_t> message) {
         return {StatusCode::not_ready, "the send queue is full: the line is too slow"};
     }
     unsent_size_ += bytes;
-    ++counts().sent;
     return flush() ? Status{} : lost("writing failed");
 }
 
 Status StreamPort::do_receive(hal::ReceivedMessage& message) {
-    if (!fd_.is_open()) {
-        return {StatusCode::device_lost, "serial line is closed"};
-    }
     if (!flush()) {
         return lost("writing failed");
     }
@@ -81,7 +71,6 @@ Status StreamPort::do_receive(hal::ReceivedMessage& message) {
         while (received_at_ < received_size_) {
             if (reader_.push(received_[received_at_++])) {
                 message = {reader_.message(), received_time_, 0};
-                ++counts().received;
                 return {};
             }
             damaged().count(reader_.error());
@@ -103,9 +92,6 @@ Status StreamPort::do_receive(hal::ReceivedMessage& message) {
 }
 
 Status StreamPort::do_wait(Microseconds timeout) {
-    if (!fd_.is_open()) {
-        return {StatusCode::device_lost, "serial line is closed"};
-    }
     return received_at_ < received_size_ ? Status{} : wait_readable(fd_.get(), timeout);
 }
 

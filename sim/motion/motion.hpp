@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/linear/quaternion.hpp"
+#include "hal/interface.hpp"
 
 namespace tricoil::sim {
 
@@ -13,13 +14,8 @@ struct Pose {
 
 /// A smooth function of time, so that every ADC sample has its own pose. Outside a finite motion the pose is that of the nearest
 /// end.
-class Motion {
+class Motion : public hal::Interface {
 public:
-    Motion() = default;
-    Motion(const Motion&) = delete;
-    Motion& operator=(const Motion&) = delete;
-    virtual ~Motion() = default;
-
     [[nodiscard]] Pose at(double time_s) const { return do_at(time_s); }
 
 private:

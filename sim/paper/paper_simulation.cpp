@@ -113,30 +113,25 @@ private:
     VectorPose vectors_;
 };
 
-AnglePose measured_by(const AnglePose& real, const error_model::PoseAngleError<double>& error) {
-    const auto& [rp, ra] = real;
-    const auto& [ep, ea] = error;
-    return {{rp.range_m - ep.range_m, rp.azimuth_rad - ep.azimuth_rad, rp.elevation_rad - ep.elevation_rad},
-            {ra.azimuth_rad - ea.azimuth_rad, ra.elevation_rad - ea.elevation_rad, ra.roll_rad - ea.roll_rad}};
-}
-
-/// Chained exact one-step errors: each step starts from the errors of the previous step, not from the simulated device.
-error_model::PoseAngleError<double> exact_error(const AnglePose& real, const Update& last, Loop loop) {
-    const AnglePose estimate = measured_by(last.real, last.exact);
-    const auto error = error_model::exact_step_error(real, loop == Loop::open ? last.real : estimate, estimate);
-    return error.ok() ? *error : last.exact;
-}
-
-error_model::PoseAngleError<double> difference(const AnglePose& real, const AnglePose& measured) {
+/// Component by component: the pose for an error, or the error of a pose.
+template <typename Difference, typename Measured>
+Difference minus(const AnglePose& real, const Measured& measured) {
     const auto& [rp, ra] = real;
     const auto& [mp, ma] = measured;
     return {{rp.range_m - mp.range_m, rp.azimuth_rad - mp.azimuth_rad, rp.elevation_rad - mp.elevation_rad},
             {ra.azimuth_rad - ma.azimuth_rad, ra.elevation_rad - ma.elevation_rad, ra.roll_rad - ma.roll_rad}};
 }
 
+/// Chained exact one-step errors: each step starts from the errors of the previous step, not from the simulated device.
+error_model::PoseAngleError<double> exact_error(const AnglePose& real, const Update& last, Loop loop) {
+    const AnglePose estimate = minus<AnglePose>(last.real, last.exact);
+    const auto error = error_model::exact_step_error(real, loop == Loop::open ? last.real : estimate, estimate);
+    return error.ok() ? *error : last.exact;
+}
+
 void compare(const Device& device, Update& update) {
     const AnglePose measured = device.angles(update.real);
-    update.measured = difference(update.real, measured);
+    update.measured = minus<error_model::PoseAngleError<double>>(update.real, measured);
     update.measured_elevation_rad = measured.position.elevation_rad;
     const VectorPose real = to_vectors(update.real);
     const VectorPose estimate = device.vectors();

@@ -25,7 +25,6 @@ protected:
         message_ = std::move(messages_.front());
         messages_.pop_front();
         message = {message_, HostTime{}, 0};
-        ++counts().received;
         return {};
     }
 

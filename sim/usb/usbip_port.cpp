@@ -45,7 +45,6 @@ std::vector<std::uint8_t> descriptor(const UsbIpParams& params, int type, int in
 }  // namespace
 
 Status UsbIpPort::do_open() {
-    do_close();
     reason() = wire_.plug_in(UsbSpeed::high);
     return wire_.is_plugged_in() ? Status{} : Status{StatusCode::device_lost, "no virtual host controller"};
 }
@@ -59,23 +58,8 @@ void UsbIpPort::do_close() {
     reader_.reset();
 }
 
-bool UsbIpPort::plugged_in() {
-    if (!wire_.is_plugged_in()) {
-        do_close();
-    }
-    return wire_.is_plugged_in();
-}
-
 bool UsbIpPort::unlink(std::uint32_t victim) {
-    const auto found = std::find_if(pending_.begin(), pending_.end(), [&](const Pending& p) { return p.number == victim; });
-    const auto held = std::find(withheld_.begin(), withheld_.end(), victim);
-    const bool was_there = found != pending_.end() || held != withheld_.end();
-    if (found != pending_.end()) {
-        pending_.erase(found);
-    } else if (held != withheld_.end()) {
-        withheld_.erase(held);
-    }
-    return was_there;
+    return std::erase_if(pending_, [&](const Pending& p) { return p.number == victim; }) + std::erase(withheld_, victim) > 0;
 }
 
 void UsbIpPort::handle(const UsbIpRequest& request, std::span<const std::uint8_t> data) {
@@ -134,7 +118,7 @@ void UsbIpPort::send_packet(std::vector<std::uint8_t> bytes) {
 }
 
 Status UsbIpPort::do_send(std::span<const std::uint8_t> message) {
-    if (!plugged_in()) {
+    if (!wire_.is_plugged_in()) {
         return {StatusCode::device_lost, "not plugged in"};
     }
     if (packets_.size() >= kMaxPackets) {
@@ -147,14 +131,13 @@ Status UsbIpPort::do_send(std::span<const std::uint8_t> message) {
         const auto end = bytes.begin() + static_cast<std::ptrdiff_t>(std::min(at + kPacket, bytes.size()));
         packets_.emplace_back(bytes.begin() + static_cast<std::ptrdiff_t>(at), end);
     }
-    ++counts().sent;
     deliver();
     return {};
 }
 
 Status UsbIpPort::do_receive(hal::ReceivedMessage& message) {
     wire_.serve();
-    if (!plugged_in()) {
+    if (!wire_.is_plugged_in()) {
         return {StatusCode::device_lost, "not plugged in"};
     }
     deliver();
@@ -162,7 +145,7 @@ Status UsbIpPort::do_receive(hal::ReceivedMessage& message) {
 }
 
 Status UsbIpPort::do_wait(Microseconds timeout) {
-    if (!plugged_in()) {
+    if (!wire_.is_plugged_in()) {
         return {StatusCode::device_lost, "not plugged in"};
     }
     pollfd poll{wire_.fd(), POLLIN, 0};

@@ -25,7 +25,6 @@ public:
         : params_(std::move(params)),
           wire_([this](const UsbIpRequest& request, std::span<const std::uint8_t> data) { handle(request, data); },
                 [this](std::uint32_t victim) { return unlink(victim); }) {}
-    ~UsbIpPort() override { do_close(); }
 
     /// The next `transfers` transfers to the host are answered with a stall.
     void stall_next(int transfers) { stalls_ = transfers; }
@@ -50,7 +49,6 @@ private:
     void control(const UsbIpRequest& request);
     bool unlink(std::uint32_t victim);
     void deliver();
-    bool plugged_in();
 
     UsbIpParams params_;
     UsbIpWire wire_;

@@ -133,9 +133,9 @@ private:
     Adc adc_2_;                                         // the tracker does not use it
     Opamp opamp_;
     Iwdg watchdog_;
-    StoredRegisters<5> clock_recovery_;
-    StoredRegisters<10> system_configuration_;
-    StoredRegisters<5> debug_unit_;
+    StoredRegisters clock_recovery_;
+    StoredRegisters system_configuration_;
+    StoredRegisters debug_unit_;
     std::vector<std::pair<std::pair<std::uint32_t, unsigned>, Peripheral*>> resettable_;  // by enable register and bit
     std::mt19937_64 random_;
     std::mt19937_64

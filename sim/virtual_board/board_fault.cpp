@@ -1,87 +1,68 @@
 #include "sim/virtual_board/board_fault.hpp"
 
-#include <utility>
+#include <array>
 
 namespace tricoil::virtual_board {
+namespace {
 
-BoardFaults::BoardFaults(VirtualBoard& board, std::vector<BoardFault> faults) : board_(board) {
-    for (BoardFault& fault : faults) {
-        planned_.push_back({std::move(fault)});
-    }
-}
+using Board = VirtualBoard;
+
+constexpr double kNoTime = std::numeric_limits<double>::infinity();
+
+constexpr std::array<BoardFaultKind, 18> kKinds{{
+    {"adc_silent", "adc_silent:N  converter N (1, 3, 4 or 5) never ends a conversion",
+     [](Board& b, unsigned n) { b.adc(n).set_stuck(true); }, [](Board& b, unsigned n) { b.adc(n).set_stuck(false); }},
+    {"dma_stuck", "dma_stuck  the DMA serves no request: converters overrun, carriers stop",
+     [](Board& b, unsigned) { b.dma.set_stuck(true); }, [](Board& b, unsigned) { b.dma.set_stuck(false); }},
+    {"crystal", "crystal  the crystal stops, or does not start", [](Board& b, unsigned) { b.rcc.break_crystal(); }},
+    {"hang", "hang  the main program stops, interrupts continue", [](Board& b, unsigned) { b.inject(InjectedCode::idle); }},
+    {"hang_masked", "hang_masked  the main program and all interrupts stop",
+     [](Board& b, unsigned) { b.inject(InjectedCode::idle, true); }},
+    {"bad_access", "bad_access  the program reads an address without memory: a processor fault",
+     [](Board& b, unsigned) { b.inject(InjectedCode::bad_access); }},
+    {"stack_overflow", "stack_overflow  the program pushes registers until its stack is full",
+     [](Board& b, unsigned) { b.inject(InjectedCode::stack_overflow); }},
+    {"code_in_ram", "code_in_ram  the program jumps to RAM", [](Board& b, unsigned) { b.inject(InjectedCode::code_in_ram); }},
+    {"power_loss", "power_loss  power off and on again", [](Board& b, unsigned) { b.power_cycle(); }},
+    {"flash_power_loss", "flash_power_loss:N  power is lost within the N-th flash erase or program operation from then on",
+     [](Board& b, unsigned n) { b.lose_power_in_flash_operation(n); }},
+    {"usb_resets", "usb_resets:N  USB bus reset every N milliseconds", [](Board& b, unsigned) { b.usb_wire.reset_only(); },
+     nullptr, true},
+    {"can_babble", "can_babble  another node sends identifier 0 without pause",
+     [](Board& b, unsigned) {
+         b.can.babble_with(CanFrame{0, false, true, true, std::vector<std::uint8_t>(64, 0x55)});
+     },
+     [](Board& b, unsigned) { b.can.babble_with(std::nullopt); }},
+    {"can_errors", "can_errors:N  the next N frames of the board are destroyed",
+     [](Board& b, unsigned n) { b.can.frames_to_destroy = n; }},
+    {"button", "button  the user button B1 is pressed", [](Board& b, unsigned) { b.press_button(true); },
+     [](Board& b, unsigned) { b.press_button(false); }},
+    {"option_bytes", "option_bytes:N  the option bytes are N (FLASH_OPTR), for example 0xFFEFF8AA of the factory",
+     [](Board& b, unsigned n) { b.flash.set_options(n); }},
+    {"chip_temperature", "chip_temperature:N  the chip has N degrees Celsius", [](Board& b, unsigned n) { b.chip_celsius = n; }},
+    {"supply", "supply:N  the chip's voltage reference shows a supply of N millivolts",
+     [](Board& b, unsigned n) { b.shown_supply_v = 1e-3 * n; }},
+    {"can_alone", "can_alone  no other node on the CAN bus acknowledges",
+     [](Board& b, unsigned) { b.can.has_other_nodes = false; }, [](Board& b, unsigned) { b.can.has_other_nodes = true; }},
+}};
+
+}  // namespace
+
+std::span<const BoardFaultKind> board_fault_kinds() { return kKinds; }
 
 void BoardFaults::update() {
     const double now = board_.now_s();
-    for (Planned& p : planned_) {
-        if (!p.begun && now >= p.fault.begin_s) {
-            p.begun = true;
-            begin(p);
+    for (BoardFault& fault : faults_) {
+        if (now >= fault.begin_s) {
+            fault.begin_s = fault.kind->repeats ? now + 1e-3 * fault.number : kNoTime;
+            fault.kind->begin(board_, fault.number);
         }
-        if (p.begun && !p.ended && now >= p.fault.end_s) {
-            p.ended = true;
-            end(p.fault);
+        if (now >= fault.end_s) {
+            fault.begin_s = fault.end_s = kNoTime;
+            if (fault.kind->end != nullptr) {
+                fault.kind->end(board_, fault.number);
+            }
         }
-        if (p.begun && !p.ended && now >= p.next_s) {
-            repeat(p);
-        }
-    }
-}
-
-void BoardFaults::begin(Planned& planned) {
-    const BoardFault& fault = planned.fault;
-    if (fault.name == "adc_silent") {
-        board_.adc(fault.number).set_stuck(true);
-    } else if (fault.name == "dma_stuck") {
-        board_.dma.set_stuck(true);
-    } else if (fault.name == "crystal") {
-        board_.rcc.break_crystal();
-    } else if (fault.name == "hang" || fault.name == "hang_masked") {
-        board_.inject(InjectedCode::idle, fault.name == "hang_masked");
-    } else if (fault.name == "bad_access") {
-        board_.inject(InjectedCode::bad_access);
-    } else if (fault.name == "stack_overflow") {
-        board_.inject(InjectedCode::stack_overflow);
-    } else if (fault.name == "code_in_ram") {
-        board_.inject(InjectedCode::code_in_ram);
-    } else if (fault.name == "power_loss") {
-        board_.power_cycle();
-    } else if (fault.name == "flash_power_loss") {
-        board_.lose_power_in_flash_operation(fault.number);
-    } else if (fault.name == "can_babble") {
-        board_.can.babble_with(CanFrame{0, false, true, true, std::vector<std::uint8_t>(64, 0x55)});
-    } else if (fault.name == "can_errors") {
-        board_.can.frames_to_destroy = fault.number;
-    } else if (fault.name == "can_alone") {
-        board_.can.has_other_nodes = false;
-    } else if (fault.name == "button") {
-        board_.press_button(true);
-    } else if (fault.name == "chip_temperature") {
-        board_.chip_celsius = fault.number;
-    } else if (fault.name == "supply") {
-        board_.shown_supply_v = 1e-3 * fault.number;
-    } else if (fault.name == "option_bytes") {
-        board_.flash.set_options(fault.number);
-    }
-}
-
-void BoardFaults::repeat(Planned& planned) {
-    if (planned.fault.name == "usb_resets") {
-        board_.usb_wire.reset_only();
-        planned.next_s = board_.now_s() + 1e-3 * planned.fault.number;
-    }
-}
-
-void BoardFaults::end(const BoardFault& fault) {
-    if (fault.name == "adc_silent") {
-        board_.adc(fault.number).set_stuck(false);
-    } else if (fault.name == "dma_stuck") {
-        board_.dma.set_stuck(false);
-    } else if (fault.name == "can_babble") {
-        board_.can.babble_with(std::nullopt);
-    } else if (fault.name == "can_alone") {
-        board_.can.has_other_nodes = true;
-    } else if (fault.name == "button") {
-        board_.press_button(false);
     }
 }
 

@@ -68,8 +68,7 @@ std::optional<unsigned> request(unsigned number) { return number == 0 ? std::nul
 GeneralPeripherals::GeneralPeripherals(Machine& machine, Dma& dma, Rcc& rcc,
                                        const std::function<bool(const TransmitPin&)>& is_pin,
                                        std::function<void()> on_window_watchdog)
-    : rcc_(rcc),
-      rng_(machine, 90, [&rcc] { return rcc.usb_hz() > 0; }),
+    : rng_(machine, 90, [&rcc] { return rcc.usb_hz() > 0; }),
       window_watchdog_(
           machine, 0, [&rcc] { return ticks_of_cycle(rcc.apb_hz(Apb::one)); }, std::move(on_window_watchdog)) {
     for (const TimerFacts& t : kTimers) {

@@ -10,7 +10,6 @@
 #include "sim/virtual_board/peripherals/dma.hpp"
 #include "sim/virtual_board/peripherals/rcc.hpp"
 #include "sim/virtual_board/peripherals/rng.hpp"
-#include "sim/virtual_board/peripherals/stored_registers.hpp"
 #include "sim/virtual_board/peripherals/timer.hpp"
 #include "sim/virtual_board/peripherals/usart.hpp"
 #include "sim/virtual_board/peripherals/wwdg.hpp"
@@ -43,7 +42,6 @@ public:
     Usart& serial(unsigned number);
 
 private:
-    Rcc& rcc_;
     std::vector<std::unique_ptr<Timer>> timers_;
     std::vector<std::unique_ptr<Usart>> serials_;
     Crc crc_;

@@ -80,7 +80,6 @@ bool GadgetPort::bind(const std::string& controller) {
 }
 
 Status GadgetPort::do_open() {
-    do_close();
     struct sigaction wake {};
     wake.sa_handler = [](int) {};  // so that blocked reads end with EINTR
     ::sigaction(kWakeSignal, &wake, nullptr);
@@ -192,9 +191,6 @@ void GadgetPort::write_endpoint() {
 }
 
 Status GadgetPort::do_send(std::span<const std::uint8_t> message) {
-    if (threads_.empty()) {
-        return {StatusCode::device_lost, "gadget is closed"};
-    }
     std::vector<std::uint8_t> bytes(protocol::framed_bytes(message.size()));
     bytes.resize(protocol::frame(message, bytes));
     const std::lock_guard lock(mutex_);
@@ -203,15 +199,11 @@ Status GadgetPort::do_send(std::span<const std::uint8_t> message) {
         return {StatusCode::not_ready, "the host does not read"};
     }
     outgoing_.push_back(std::move(bytes));
-    ++counts().sent;
     to_send_.notify_all();
     return {};
 }
 
 Status GadgetPort::do_receive(hal::ReceivedMessage& message) {
-    if (threads_.empty()) {
-        return {StatusCode::device_lost, "gadget is closed"};
-    }
     const std::lock_guard lock(mutex_);
     return take_arrived(message);
 }

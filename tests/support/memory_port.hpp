@@ -21,35 +21,32 @@ public:
     /// Disconnects: both ends return device_lost, and cannot be opened until plug_in().
     void unplug() { is_plugged_ = false; }
     void plug_in() { is_plugged_ = true; }
-    [[nodiscard]] bool is_open() const { return is_open_; }
 
 private:
     using Bytes = std::vector<std::uint8_t>;
 
     [[nodiscard]] bool is_there() const { return is_plugged_ && other_->is_plugged_; }
     Status do_open() override {
-        is_open_ = is_there();
         arrived_.clear();
-        return is_open_ ? Status{} : lost();
+        return is_there() ? Status{} : lost();
     }
-    void do_close() override { is_open_ = false; }
+    void do_close() override {}
     Status do_send(std::span<const std::uint8_t> message) override {
-        if (!is_open_ || !is_there()) {
+        if (!is_there()) {
             return lost();
         }
         if (message.size() > kLongest) {
             return {StatusCode::invalid_argument, "too long"};
         }
-        if (!other_->is_open_ || other_->arrived_.size() >= other_->room_) {
+        if (!other_->is_open() || other_->arrived_.size() >= other_->room_) {
             ++counts().send_queue_full;
             return {StatusCode::not_ready, "no room"};
         }
-        ++counts().sent;
         other_->arrived_.emplace_back(message.begin(), message.end());
         return {};
     }
     Status do_receive(hal::ReceivedMessage& message) override {
-        if (!is_open_ || !is_there()) {
+        if (!is_there()) {
             return lost();
         }
         if (arrived_.empty()) {
@@ -57,7 +54,6 @@ private:
         }
         taken_ = std::move(arrived_.front());
         arrived_.pop_front();
-        ++counts().received;
         message = {taken_, HostTime{}, 0};
         return {};
     }
@@ -72,7 +68,6 @@ private:
     std::deque<Bytes> arrived_;
     Bytes taken_;
     bool is_plugged_ = true;
-    bool is_open_ = false;
 };
 
 }  // namespace tricoil::sim

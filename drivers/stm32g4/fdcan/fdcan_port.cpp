@@ -47,7 +47,6 @@ Status FdcanPort::lost(const char* reason) {
 }
 
 Status FdcanPort::do_open() {
-    do_close();
     reason_ = "";
     is_bus_off_ = false;
     exchange_.reset();
@@ -68,7 +67,6 @@ Status FdcanPort::do_open() {
     if (!wait_until(started, kModePolls, "CAN controller does not start").ok()) {
         return lost("CAN: the controller does not start; is its clock on?");
     }
-    is_open_ = true;
     return {};
 }
 
@@ -103,17 +101,11 @@ void FdcanPort::write_filter() {
 }
 
 void FdcanPort::do_close() {
-    if (is_open_) {
-        is_open_ = false;
-        registers_.IE = 0;
-        registers_.CCCR = CCCR_INIT;
-    }
+    registers_.IE = 0;
+    registers_.CCCR = CCCR_INIT;
 }
 
 Status FdcanPort::do_send(std::span<const std::uint8_t> message) {
-    if (!is_open_) {
-        return {StatusCode::device_lost, "port is closed"};
-    }
     supervise();
     CanFrame frame;
     bool taken = false;
@@ -125,7 +117,7 @@ Status FdcanPort::do_send(std::span<const std::uint8_t> message) {
         taken = !is_bus_off_ && exchange_.begin(message, to_us(clock_.now()));
         send_segments();
     }
-    ++(taken ? counts().sent : counts().send_queue_full);
+    counts().send_queue_full += taken ? 0U : 1U;
     return taken ? Status{} : Status{StatusCode::not_ready, "the send queue is full, or the controller is bus-off"};
 }
 
@@ -166,9 +158,6 @@ void FdcanPort::supervise() {
 }
 
 Status FdcanPort::do_receive(hal::ReceivedMessage& message) {
-    if (!is_open_) {
-        return {StatusCode::device_lost, "port is closed"};
-    }
     supervise();
     send_segments();
     for (std::size_t waiting = incoming_.size(); waiting > 0 && incoming_.pop(frame_); --waiting) {
@@ -178,7 +167,6 @@ Status FdcanPort::do_receive(hal::ReceivedMessage& message) {
         if (arrival.complete) {
             message.arrival = host_time_us(now_us);
             message.hardware_time_us = 0;
-            ++counts().received;
             return {};
         }
     }
@@ -186,9 +174,6 @@ Status FdcanPort::do_receive(hal::ReceivedMessage& message) {
 }
 
 Status FdcanPort::do_wait(Microseconds timeout) {
-    if (!is_open_) {
-        return {StatusCode::device_lost, "port is closed"};
-    }
     const DeviceTime end = clock_.now() + timeout;
     do {
         if (incoming_.size() > 0) {

@@ -76,7 +76,6 @@ private:
     std::uint64_t bus_offs_ = 0;
     std::int64_t bus_off_us_ = 0;
     const char* reason_ = "";
-    bool is_open_ = false;
     bool is_bus_off_ = false;
 };
 

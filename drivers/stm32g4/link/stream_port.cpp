@@ -3,27 +3,14 @@
 namespace tricoil::stm32g4 {
 
 Status StreamPort::do_open() {
-    do_close();
     reader_.reset();
     incoming_.clear();
     outgoing_.clear();
     reason_ = "";
-    const Status status = start();
-    is_open_ = status.ok();
-    return status;
-}
-
-void StreamPort::do_close() {
-    if (is_open_) {
-        is_open_ = false;
-        stop();
-    }
+    return start();
 }
 
 Status StreamPort::do_send(std::span<const std::uint8_t> message) {
-    if (!is_open_) {
-        return {StatusCode::device_lost, "port is closed"};
-    }
     if (message.empty() || message.size() > kBoardMessageBytes) {
         return {StatusCode::invalid_argument, "message is empty or too long"};
     }
@@ -35,15 +22,11 @@ Status StreamPort::do_send(std::span<const std::uint8_t> message) {
         ++counts().send_queue_full;
         return {StatusCode::not_ready, "the send queue is full: the link is too slow"};
     }
-    ++counts().sent;
     interrupt_.pend();
     return {};
 }
 
 Status StreamPort::do_receive(hal::ReceivedMessage& message) {
-    if (!is_open_) {
-        return {StatusCode::device_lost, "port is closed"};
-    }
     interrupt_counts_.copy_to(counts());
     const bool complete = read_message();
     if (waits_for_room()) {
@@ -53,7 +36,6 @@ Status StreamPort::do_receive(hal::ReceivedMessage& message) {
         return {StatusCode::not_ready, "no message"};
     }
     message = {reader_.message(), host_time_us(to_us(clock_.now())), 0};
-    ++counts().received;
     return {};
 }
 
@@ -70,9 +52,6 @@ bool StreamPort::read_message() {
 }
 
 Status StreamPort::do_wait(Microseconds timeout) {
-    if (!is_open_) {
-        return {StatusCode::device_lost, "port is closed"};
-    }
     const DeviceTime end = clock_.now() + timeout;
     do {
         if (incoming_.size() > 0) {

@@ -30,17 +30,15 @@ protected:
     [[nodiscard]] const hal::Clock& clock() const { return clock_; }
 
 private:
-    /// Configures the peripheral; the handler may run afterwards. ok; device_lost or invalid_argument, after a call of reason().
+    /// Configures the peripheral; the handler may run afterwards, until do_close(). ok; device_lost or invalid_argument, after a
+    /// call of reason().
     virtual Status start() = 0;
-    /// Shuts the peripheral down; afterwards the handler has no effect.
-    virtual void stop() = 0;
     /// False while no host is connected.
     [[nodiscard]] virtual bool is_up() const = 0;
     /// True if the handler waits for room in incoming().
     [[nodiscard]] virtual bool waits_for_room() const { return false; }
 
     Status do_open() final;
-    void do_close() final;
     Status do_send(std::span<const std::uint8_t> message) final;
     Status do_receive(hal::ReceivedMessage& message) final;
     Status do_wait(Microseconds timeout) final;
@@ -55,7 +53,6 @@ private:
     protocol::BasicStreamReader<kBoardMessageBytes> reader_;
     InterruptCounts interrupt_counts_;
     const char* reason_ = "";
-    bool is_open_ = false;
 };
 
 }  // namespace tricoil::stm32g4

@@ -16,9 +16,7 @@ struct AdcRegisters {
     volatile std::uint32_t SMPR2;
     std::uint32_t reserved_0;
     volatile std::uint32_t TR1;
-    volatile std::uint32_t TR2;
-    volatile std::uint32_t TR3;
-    std::uint32_t reserved_1;
+    std::uint32_t reserved_1[3];
     volatile std::uint32_t SQR1;
     std::uint32_t reserved_2[3];
     volatile std::uint32_t DR;
@@ -29,10 +27,8 @@ static_assert(offsetof(AdcRegisters, DR) == 0x40);
 
 /// Common registers of ADC1 and ADC2, or of ADC3, ADC4 and ADC5.
 struct AdcCommonRegisters {
-    volatile std::uint32_t CSR;
-    std::uint32_t reserved;
+    std::uint32_t reserved[2];
     volatile std::uint32_t CCR;
-    volatile std::uint32_t CDR;
 };
 static_assert(offsetof(AdcCommonRegisters, CCR) == 0x08);
 
@@ -53,11 +49,9 @@ constexpr std::uint32_t IER_AWD1IE = 1U << 7U;
 
 // CR: writing 1 sets a command bit; writing 0 has no effect.
 constexpr std::uint32_t CR_ADEN = 1U << 0U;
-constexpr std::uint32_t CR_ADDIS = 1U << 1U;
 constexpr std::uint32_t CR_ADSTART = 1U << 2U;
 constexpr std::uint32_t CR_ADSTP = 1U << 4U;
 constexpr std::uint32_t CR_ADVREGEN = 1U << 28U;
-constexpr std::uint32_t CR_DEEPPWD = 1U << 29U;
 constexpr std::uint32_t CR_ADCAL = 1U << 31U;
 
 constexpr std::uint32_t CFGR_DMAEN = 1U << 0U;

@@ -7,20 +7,16 @@
 namespace tricoil::stm32g4 {
 
 struct ScbRegisters {
-    volatile std::uint32_t CPUID;
-    volatile std::uint32_t ICSR;
+    std::uint32_t reserved_0[2];
     volatile std::uint32_t VTOR;
     volatile std::uint32_t AIRCR;
-    volatile std::uint32_t SCR;
-    volatile std::uint32_t CCR;
+    std::uint32_t reserved_1[2];
     volatile std::uint8_t SHPR[12];  // priorities of exceptions 4-15
-    volatile std::uint32_t SHCSR;
+    std::uint32_t reserved_2;
     volatile std::uint32_t CFSR;
-    volatile std::uint32_t HFSR;
-    volatile std::uint32_t DFSR;
+    std::uint32_t reserved_3[2];
     volatile std::uint32_t MMFAR;
     volatile std::uint32_t BFAR;
-    volatile std::uint32_t AFSR;
 };
 static_assert(offsetof(ScbRegisters, SHPR) == 0x18);
 static_assert(offsetof(ScbRegisters, CFSR) == 0x28);
@@ -29,13 +25,12 @@ struct SysTickRegisters {
     volatile std::uint32_t CSR;
     volatile std::uint32_t RVR;
     volatile std::uint32_t CVR;
-    volatile std::uint32_t CALIB;
 };
 
 struct MpuRegisters {
-    volatile std::uint32_t TYPE;
+    std::uint32_t reserved_0;
     volatile std::uint32_t CTRL;
-    volatile std::uint32_t RNR;
+    std::uint32_t reserved_1;
     volatile std::uint32_t RBAR;
     volatile std::uint32_t RASR;
 };

@@ -8,13 +8,10 @@ namespace tricoil::stm32g4 {
 
 struct CrcRegisters {
     volatile std::uint32_t DR;
-    volatile std::uint32_t IDR;
-    volatile std::uint32_t CR;
     std::uint32_t reserved;
-    volatile std::uint32_t INIT;
-    volatile std::uint32_t POL;
+    volatile std::uint32_t CR;
 };
-static_assert(offsetof(CrcRegisters, INIT) == 0x10);
+static_assert(offsetof(CrcRegisters, CR) == 0x08);
 
 constexpr std::uintptr_t kCrcBase = 0x4002'3000;
 

@@ -10,18 +10,14 @@ struct DacRegisters {
     volatile std::uint32_t CR;
     volatile std::uint32_t SWTRIGR;
     volatile std::uint32_t DHR12R1;
-    volatile std::uint32_t DHR12L1;
-    volatile std::uint32_t DHR8R1;
+    std::uint32_t reserved_0[2];
     volatile std::uint32_t DHR12R2;
-    std::uint32_t reserved_0[5];
-    volatile std::uint32_t DOR1;
-    volatile std::uint32_t DOR2;
+    std::uint32_t reserved_1[7];
     volatile std::uint32_t SR;
     volatile std::uint32_t CCR;
     volatile std::uint32_t MCR;
 };
 static_assert(offsetof(DacRegisters, DHR12R2) == 0x14);
-static_assert(offsetof(DacRegisters, DOR1) == 0x2C);
 static_assert(offsetof(DacRegisters, SR) == 0x34);
 static_assert(offsetof(DacRegisters, MCR) == 0x3C);
 

@@ -7,56 +7,37 @@
 namespace tricoil::stm32g4 {
 
 struct FdcanRegisters {
-    volatile std::uint32_t CREL;
-    volatile std::uint32_t ENDN;
-    std::uint32_t reserved_0;
+    std::uint32_t reserved_0[3];
     volatile std::uint32_t DBTP;
-    volatile std::uint32_t TEST;
-    volatile std::uint32_t RWD;
+    std::uint32_t reserved_1[2];
     volatile std::uint32_t CCCR;
     volatile std::uint32_t NBTP;
-    volatile std::uint32_t TSCC;
-    volatile std::uint32_t TSCV;
-    volatile std::uint32_t TOCC;
-    volatile std::uint32_t TOCV;
-    std::uint32_t reserved_1[4];
-    volatile std::uint32_t ECR;
-    volatile std::uint32_t PSR;
+    std::uint32_t reserved_2[10];
     volatile std::uint32_t TDCR;
-    std::uint32_t reserved_2;
+    std::uint32_t reserved_3;
     volatile std::uint32_t IR;
     volatile std::uint32_t IE;
     volatile std::uint32_t ILS;
     volatile std::uint32_t ILE;
-    std::uint32_t reserved_3[8];
+    std::uint32_t reserved_4[8];
     volatile std::uint32_t RXGFC;
-    volatile std::uint32_t XIDAM;
-    volatile std::uint32_t HPMS;
-    std::uint32_t reserved_4;
+    std::uint32_t reserved_5[3];
     volatile std::uint32_t RXF0S;
     volatile std::uint32_t RXF0A;
-    volatile std::uint32_t RXF1S;
-    volatile std::uint32_t RXF1A;
-    std::uint32_t reserved_5[8];
+    std::uint32_t reserved_6[10];
     volatile std::uint32_t TXBC;
     volatile std::uint32_t TXFQS;
-    volatile std::uint32_t TXBRP;
+    std::uint32_t reserved_7;
     volatile std::uint32_t TXBAR;
-    volatile std::uint32_t TXBCR;
-    volatile std::uint32_t TXBTO;
-    volatile std::uint32_t TXBCF;
+    std::uint32_t reserved_8[3];
     volatile std::uint32_t TXBTIE;
-    volatile std::uint32_t TXBCIE;
-    volatile std::uint32_t TXEFS;
-    volatile std::uint32_t TXEFA;
 };
 static_assert(offsetof(FdcanRegisters, CCCR) == 0x018);
-static_assert(offsetof(FdcanRegisters, ECR) == 0x040);
 static_assert(offsetof(FdcanRegisters, IR) == 0x050);
 static_assert(offsetof(FdcanRegisters, RXGFC) == 0x080);
 static_assert(offsetof(FdcanRegisters, RXF0S) == 0x090);
 static_assert(offsetof(FdcanRegisters, TXBC) == 0x0C0);
-static_assert(offsetof(FdcanRegisters, TXEFA) == 0x0E8);
+static_assert(offsetof(FdcanRegisters, TXBTIE) == 0x0DC);
 
 /// A frame in the message RAM.
 struct FdcanElement {

@@ -40,14 +40,12 @@ constexpr std::uint32_t SR_BSY = 1U << 16U;
 constexpr std::uint32_t CR_PG = 1U << 0U;
 constexpr std::uint32_t CR_PER = 1U << 1U;
 constexpr unsigned CR_PNB_Pos = 3;
-constexpr std::uint32_t CR_PNB = 127U << 3U;
 constexpr std::uint32_t CR_BKER = 1U << 11U;
 constexpr std::uint32_t CR_STRT = 1U << 16U;
 constexpr std::uint32_t CR_LOCK = 1U << 31U;
 
 constexpr std::uint32_t ECCR_BK_ECC = 1U << 21U;
-constexpr std::uint32_t ECCR_ECCD2 = 1U << 29U;  // single-bank mode with 128-bit words: the upper half
-constexpr std::uint32_t ECCR_ECCD = 1U << 31U;   // uncorrectable error in a double-word; raises the NMI; write 1 to clear
+constexpr std::uint32_t ECCR_ECCD = 1U << 31U;  // uncorrectable error in a double-word; raises the NMI; write 1 to clear
 
 constexpr std::uint32_t OPTR_RDP = 255U;  // read protection; every other value: level 1
 constexpr std::uint32_t OPTR_RDP_0 = 0xAAU;

@@ -28,7 +28,6 @@ namespace gpio {
 constexpr std::uint32_t MODER_input = 0;
 constexpr std::uint32_t MODER_output = 1;
 constexpr std::uint32_t MODER_alternate = 2;
-constexpr std::uint32_t MODER_analog = 3;
 constexpr std::uint32_t PUPDR_pull_up = 1;
 constexpr std::uint32_t PUPDR_pull_down = 2;
 constexpr std::uint32_t OSPEEDR_high = 2;

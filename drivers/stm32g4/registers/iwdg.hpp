@@ -11,9 +11,8 @@ struct IwdgRegisters {
     volatile std::uint32_t PR;
     volatile std::uint32_t RLR;
     volatile std::uint32_t SR;
-    volatile std::uint32_t WINR;
 };
-static_assert(offsetof(IwdgRegisters, WINR) == 0x10);
+static_assert(offsetof(IwdgRegisters, SR) == 0x0C);
 
 constexpr std::uintptr_t kIwdgBase = 0x4000'3000;
 

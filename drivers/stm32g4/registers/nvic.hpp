@@ -8,21 +8,12 @@ namespace tricoil::stm32g4 {
 
 struct NvicRegisters {
     volatile std::uint32_t ISER[8];  // set-enable
-    std::uint32_t reserved_0[24];
-    volatile std::uint32_t ICER[8];  // clear-enable
-    std::uint32_t reserved_1[24];
+    std::uint32_t reserved_0[56];
     volatile std::uint32_t ISPR[8];  // set-pending
-    std::uint32_t reserved_2[24];
-    volatile std::uint32_t ICPR[8];  // clear-pending
-    std::uint32_t reserved_3[24];
-    volatile std::uint32_t IABR[8];  // active
-    std::uint32_t reserved_4[56];
+    std::uint32_t reserved_1[120];
     volatile std::uint8_t IPR[240];  // priority, the upper four bits
 };
-static_assert(offsetof(NvicRegisters, ICER) == 0x080);
 static_assert(offsetof(NvicRegisters, ISPR) == 0x100);
-static_assert(offsetof(NvicRegisters, ICPR) == 0x180);
-static_assert(offsetof(NvicRegisters, IABR) == 0x200);
 static_assert(offsetof(NvicRegisters, IPR) == 0x300);
 
 constexpr std::uintptr_t kNvicBase = 0xE000E100;

@@ -1,16 +1,13 @@
 // Operational amplifiers (RM0440, chapter OPAMP).
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 namespace tricoil::stm32g4 {
 
 struct OpampRegisters {
     volatile std::uint32_t CSR[6];  // CSR[0] is op-amp 1
-    volatile std::uint32_t TCMR[6];
 };
-static_assert(offsetof(OpampRegisters, TCMR) == 0x18);
 
 constexpr std::uintptr_t kOpampBase = 0x4001'0300;
 

@@ -10,11 +10,9 @@ struct PwrRegisters {
     volatile std::uint32_t CR1;
     volatile std::uint32_t CR2;
     volatile std::uint32_t CR3;
-    volatile std::uint32_t CR4;
-    volatile std::uint32_t SR1;
+    std::uint32_t reserved_0[2];
     volatile std::uint32_t SR2;
-    volatile std::uint32_t SCR;
-    std::uint32_t reserved[25];
+    std::uint32_t reserved_1[26];
     volatile std::uint32_t CR5;
 };
 static_assert(offsetof(PwrRegisters, SR2) == 0x14);

@@ -11,26 +11,23 @@ struct RccRegisters {
     volatile std::uint32_t ICSCR;
     volatile std::uint32_t CFGR;
     volatile std::uint32_t PLLCFGR;
-    std::uint32_t reserved_0[2];
-    volatile std::uint32_t CIER;
+    std::uint32_t reserved_0[3];
     volatile std::uint32_t CIFR;
     volatile std::uint32_t CICR;
     std::uint32_t reserved_1[9];
     volatile std::uint32_t AHB1ENR;
     volatile std::uint32_t AHB2ENR;
-    volatile std::uint32_t AHB3ENR;
-    std::uint32_t reserved_2;
+    std::uint32_t reserved_2[2];
     volatile std::uint32_t APB1ENR1;
     volatile std::uint32_t APB1ENR2;
     volatile std::uint32_t APB2ENR;
     std::uint32_t reserved_3[9];
     volatile std::uint32_t CCIPR;
-    std::uint32_t reserved_4;
-    volatile std::uint32_t BDCR;
+    std::uint32_t reserved_4[2];
     volatile std::uint32_t CSR;
     volatile std::uint32_t CRRCR;
 };
-static_assert(offsetof(RccRegisters, CIER) == 0x18);
+static_assert(offsetof(RccRegisters, CIFR) == 0x1C);
 static_assert(offsetof(RccRegisters, AHB1ENR) == 0x48);
 static_assert(offsetof(RccRegisters, APB1ENR1) == 0x58);
 static_assert(offsetof(RccRegisters, CCIPR) == 0x88);
@@ -39,8 +36,6 @@ static_assert(offsetof(RccRegisters, CRRCR) == 0x98);
 constexpr std::uintptr_t kRccBase = 0x4002'1000;
 
 namespace rcc {
-constexpr std::uint32_t CR_HSION = 1U << 8U;
-constexpr std::uint32_t CR_HSIRDY = 1U << 10U;
 constexpr std::uint32_t CR_HSEON = 1U << 16U;
 constexpr std::uint32_t CR_HSERDY = 1U << 17U;
 constexpr std::uint32_t CR_CSSON = 1U << 19U;
@@ -48,7 +43,6 @@ constexpr std::uint32_t CR_PLLON = 1U << 24U;
 constexpr std::uint32_t CR_PLLRDY = 1U << 25U;
 
 constexpr std::uint32_t CFGR_SW = 3U;  // requested source; SWS, two bits higher, is the active source
-constexpr std::uint32_t CFGR_SW_HSI = 1U;
 constexpr std::uint32_t CFGR_SW_PLL = 3U;
 constexpr std::uint32_t CFGR_SWS = 3U << 2U;
 constexpr std::uint32_t CFGR_SWS_HSI = 1U << 2U;
@@ -94,7 +88,6 @@ constexpr std::uint32_t CCIPR_ADC12SEL_SYSCLK = 2U << 28U;
 constexpr std::uint32_t CCIPR_ADC345SEL = 3U << 30U;
 constexpr std::uint32_t CCIPR_ADC345SEL_SYSCLK = 2U << 30U;
 
-constexpr std::uint32_t CSR_LSIRDY = 1U << 1U;
 constexpr std::uint32_t CSR_RMVF = 1U << 23U;
 constexpr std::uint32_t CSR_PINRSTF = 1U << 26U;
 constexpr std::uint32_t CSR_BORRSTF = 1U << 27U;

@@ -9,11 +9,10 @@ namespace tricoil::stm32g4 {
 struct TimRegisters {
     volatile std::uint32_t CR1;
     volatile std::uint32_t CR2;
-    volatile std::uint32_t SMCR;
-    volatile std::uint32_t DIER;
+    std::uint32_t reserved_0[2];
     volatile std::uint32_t SR;
     volatile std::uint32_t EGR;
-    std::uint32_t reserved[3];
+    std::uint32_t reserved_1[3];
     volatile std::uint32_t CNT;
     volatile std::uint32_t PSC;
     volatile std::uint32_t ARR;

@@ -11,9 +11,7 @@ struct UsartRegisters {
     volatile std::uint32_t CR2;
     volatile std::uint32_t CR3;
     volatile std::uint32_t BRR;
-    volatile std::uint32_t GTPR;
-    volatile std::uint32_t RTOR;
-    volatile std::uint32_t RQR;
+    std::uint32_t reserved[3];
     volatile std::uint32_t ISR;
     volatile std::uint32_t ICR;
     volatile std::uint32_t RDR;

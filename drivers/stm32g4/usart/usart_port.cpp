@@ -37,7 +37,7 @@ Status UsartPort::start() {
     return {};
 }
 
-void UsartPort::stop() { registers_.CR1 = 0; }
+void UsartPort::do_close() { registers_.CR1 = 0; }
 
 void UsartPort::on_interrupt() {
     if ((registers_.CR1 & CR1_UE) == 0) {

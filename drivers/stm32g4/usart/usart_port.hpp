@@ -28,7 +28,7 @@ public:
 
 private:
     Status start() override;
-    void stop() override;
+    void do_close() override;
     [[nodiscard]] bool is_up() const override { return true; }
 
     void take_byte(std::uint32_t flags);

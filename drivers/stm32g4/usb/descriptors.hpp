@@ -1,6 +1,7 @@
 // USB descriptors of the board (USB 2.0 chapter 9; BOS: USB 3.2 section 9.6.2; Microsoft OS 2.0 descriptors).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -36,60 +37,46 @@ constexpr std::uint16_t kMicrosoftIndex = 7;
 constexpr std::uint8_t low(std::size_t value) { return static_cast<std::uint8_t>(value); }
 constexpr std::uint8_t high(std::size_t value) { return static_cast<std::uint8_t>(value >> 8U); }
 
+template <std::size_t... kBytes>
+constexpr auto joined(const std::array<std::uint8_t, kBytes>&... parts) {
+    std::array<std::uint8_t, (kBytes + ...)> all{};
+    auto to = all.begin();
+    ((to = std::copy(parts.begin(), parts.end(), to)), ...);
+    return all;
+}
+template <typename... Values>
+constexpr auto bytes(Values... values) {
+    return std::array{static_cast<std::uint8_t>(values)...};
+}
+/// Little-endian.
+template <typename... Values>
+constexpr auto words(Values... values) {
+    return joined(std::array{low(values), high(values)}...);
+}
+/// With the terminating zero.
+template <std::size_t kLength>
+constexpr auto utf16(const char (&text)[kLength]) {
+    std::array<std::uint8_t, 2 * kLength> all{};
+    for (std::size_t i = 0; i < kLength; ++i) {
+        all[2 * i] = static_cast<std::uint8_t>(text[i]);
+    }
+    return all;
+}
+
 /// USB 2.01: the lowest version for which a host reads the BOS descriptor.
-inline constexpr std::array<std::uint8_t, 18> kDevice{18,
-                                                      kDeviceDescriptor,
-                                                      0x01,
-                                                      0x02,
-                                                      kVendorClass,
-                                                      0,
-                                                      0,
-                                                      kControlPacketBytes,
-                                                      low(kVendor),
-                                                      high(kVendor),
-                                                      low(kProduct),
-                                                      high(kProduct),
-                                                      0x00,
-                                                      0x01,
-                                                      1,
-                                                      2,
-                                                      3,
-                                                      1};
+inline constexpr auto kDevice = joined(bytes(18, kDeviceDescriptor, 0x01, 0x02, kVendorClass, 0, 0, kControlPacketBytes),
+                                       words(kVendor, kProduct), bytes(0x00, 0x01, 1, 2, 3, 1));
 
 constexpr std::uint8_t kSelfPowered = 0x40;
 
-inline constexpr std::array<std::uint8_t, 32> kConfiguration{9,
-                                                             kConfigurationDescriptor,
-                                                             32,
-                                                             0,
-                                                             1,
-                                                             1,
-                                                             0,
-                                                             0x80 | kSelfPowered,
-                                                             0,  // one interface, configuration 1, no bus current
-                                                             9,
-                                                             kInterfaceDescriptor,
-                                                             0,
-                                                             0,
-                                                             2,
-                                                             kVendorClass,
-                                                             0,
-                                                             0,
-                                                             2,  // interface 0, two endpoints, the product's name
-                                                             7,
-                                                             kEndpointDescriptor,
-                                                             kEndpointIn,
-                                                             kBulk,
-                                                             kBulkPacketBytes,
-                                                             0,
-                                                             0,  //
-                                                             7,
-                                                             kEndpointDescriptor,
-                                                             kEndpointOut,
-                                                             kBulk,
-                                                             kBulkPacketBytes,
-                                                             0,
-                                                             0};  //
+constexpr auto bulk_endpoint(std::uint8_t address) {
+    return bytes(7, kEndpointDescriptor, address, kBulk, kBulkPacketBytes, 0, 0);
+}
+
+/// One configuration without bus current; one interface with the product's name and two endpoints.
+inline constexpr auto kConfiguration = joined(bytes(9, kConfigurationDescriptor, 32, 0, 1, 1, 0, 0x80 | kSelfPowered, 0),
+                                              bytes(9, kInterfaceDescriptor, 0, 0, 2, kVendorClass, 0, 0, 2),
+                                              bulk_endpoint(kEndpointIn), bulk_endpoint(kEndpointOut));
 
 /// Microsoft OS 2.0 descriptor set: selects the driver WinUSB on Windows and states the GUID by which programs find the device.
 constexpr std::size_t kMicrosoftHeaderBytes = 10;
@@ -98,87 +85,22 @@ constexpr char kPropertyName[] = "DeviceInterfaceGUIDs";
 constexpr char kPropertyData[] = "{0e7fbf4d-3b3b-43b1-9585-6a757d26ffa8}\0";  // a list of strings, which ends with two zeros
 constexpr std::size_t kMicrosoftPropertyBytes = 10 + 2 * sizeof kPropertyName + 2 * sizeof kPropertyData;
 constexpr std::size_t kMicrosoftBytes = kMicrosoftHeaderBytes + kMicrosoftCompatibleBytes + kMicrosoftPropertyBytes;
+constexpr std::size_t kWindowsVersionHigh = 0x0603;
+constexpr std::size_t kMultiString = 7;
 
-namespace detail {
-/// Fills an array from its beginning.
-template <std::size_t kBytes>
-struct Writer {
-    std::array<std::uint8_t, kBytes> bytes{};
-    std::size_t at = 0;
+inline constexpr auto kMicrosoftSet =
+    joined(words(kMicrosoftHeaderBytes, 0, 0, kWindowsVersionHigh, kMicrosoftBytes),  // set header
+           words(kMicrosoftCompatibleBytes, 3),                                       // compatible identifier, no second one
+           bytes('W', 'I', 'N', 'U', 'S', 'B'), std::array<std::uint8_t, 10>{},
+           words(kMicrosoftPropertyBytes, 4, kMultiString),  // registry property
+           words(2 * sizeof kPropertyName), utf16(kPropertyName), words(2 * sizeof kPropertyData), utf16(kPropertyData));
+static_assert(kMicrosoftSet.size() == kMicrosoftBytes);
 
-    constexpr void put_8(std::size_t value) { bytes[at++] = low(value); }
-    constexpr void put_16(std::size_t value) {
-        put_8(value & 0xFFU);
-        put_8(value >> 8U);
-    }
-    constexpr void put_utf16(const char* text, std::size_t length) {
-        for (std::size_t i = 0; i < length; ++i) {
-            put_16(static_cast<unsigned char>(text[i]));
-        }
-    }
-};
-
-constexpr std::array<std::uint8_t, kMicrosoftBytes> microsoft_set() {
-    constexpr std::size_t kWindowsVersionHigh = 0x0603;
-    constexpr std::size_t kMultiString = 7;
-    Writer<kMicrosoftBytes> out;
-    out.put_16(kMicrosoftHeaderBytes);
-    out.put_16(0);  // set header
-    out.put_16(0);
-    out.put_16(kWindowsVersionHigh);
-    out.put_16(kMicrosoftBytes);
-    out.put_16(kMicrosoftCompatibleBytes);
-    out.put_16(3);  // compatible identifier
-    for (const char c : {'W', 'I', 'N', 'U', 'S', 'B'}) {
-        out.put_8(static_cast<unsigned char>(c));
-    }
-    out.at += 10;
-    out.put_16(kMicrosoftPropertyBytes);
-    out.put_16(4);  // registry property
-    out.put_16(kMultiString);
-    out.put_16(2 * sizeof kPropertyName);
-    out.put_utf16(kPropertyName, sizeof kPropertyName);
-    out.put_16(2 * sizeof kPropertyData);
-    out.put_utf16(kPropertyData, sizeof kPropertyData);
-    return out.bytes;
-}
-}  // namespace detail
-
-inline constexpr std::array<std::uint8_t, kMicrosoftBytes> kMicrosoftSet = detail::microsoft_set();
-
-inline constexpr std::array<std::uint8_t, 33> kBos{5,
-                                                   kBosDescriptor,
-                                                   33,
-                                                   0,
-                                                   1,  //
-                                                   28,
-                                                   kCapabilityDescriptor,
-                                                   kPlatformCapability,
-                                                   0,  // UUID of the Microsoft platform capability
-                                                   0xDF,
-                                                   0x60,
-                                                   0xDD,
-                                                   0xD8,
-                                                   0x89,
-                                                   0x45,
-                                                   0xC7,
-                                                   0x4C,
-                                                   0x9C,
-                                                   0xD2,
-                                                   0x65,
-                                                   0x9D,
-                                                   0x9E,
-                                                   0x64,
-                                                   0x8A,
-                                                   0x9F,  // end of the UUID
-                                                   0x00,
-                                                   0x00,
-                                                   0x03,
-                                                   0x06,
-                                                   low(kMicrosoftBytes),
-                                                   high(kMicrosoftBytes),
-                                                   kMicrosoftRequest,
-                                                   0};
+inline constexpr auto kBos =
+    joined(bytes(5, kBosDescriptor, 33, 0, 1), bytes(28, kCapabilityDescriptor, kPlatformCapability, 0),
+           // UUID of the Microsoft platform capability
+           bytes(0xDF, 0x60, 0xDD, 0xD8, 0x89, 0x45, 0xC7, 0x4C, 0x9C, 0xD2, 0x65, 0x9D, 0x9E, 0x64, 0x8A, 0x9F),
+           bytes(0x00, 0x00, 0x03, 0x06), words(kMicrosoftBytes), bytes(kMicrosoftRequest, 0));
 
 /// Strings, written on request: 0 languages (US English), 1 manufacturer, 2 product, 3 serial number in 16 hexadecimal digits.
 /// Empty: no such string.

@@ -57,7 +57,7 @@ Status UsbPort::start() {
     return {};
 }
 
-void UsbPort::stop() {
+void UsbPort::do_close() {
     registers_.BCDR = 0;
     registers_.CNTR = CNTR_FRES | CNTR_PDWN;
     is_up_.store(false, std::memory_order_relaxed);

@@ -33,7 +33,7 @@ private:
     };
 
     Status start() override;
-    void stop() override;
+    void do_close() override;
     [[nodiscard]] bool is_up() const override { return is_up_.load(std::memory_order_relaxed); }
     [[nodiscard]] bool waits_for_room() const override { return waits_for_room_.load(std::memory_order_relaxed); }
 

@@ -5,7 +5,6 @@
 
 #include "sim/virtual_board/coils/board_circuit.hpp"
 #include "sim/virtual_board/coils/eddy_response.hpp"
-#include "sim/virtual_board/machine/time.hpp"
 #include "sim/world/scenario.hpp"
 
 namespace tricoil::virtual_board {

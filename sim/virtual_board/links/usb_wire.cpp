@@ -18,7 +18,7 @@ bool is_clear_halt(const UsbTransfer& t) { return t.setup[0] == 0x02 && t.setup[
 
 }  // namespace
 
-UsbWire::UsbWire(Machine& machine, Usb& board) : board_(board), machine_(machine), step_(machine.events, [this] { step(); }) {}
+UsbWire::UsbWire(Machine& machine, Usb& board) : board_(board), step_(machine.events, [this] { step(); }) {}
 
 bool& UsbWire::toggle_of(const UsbTransfer& transfer) { return toggles_[transfer.endpoint + (transfer.to_host ? 8 : 0)]; }
 
@@ -61,14 +61,9 @@ void UsbWire::submit(UsbTransfer transfer) {
 }
 
 bool UsbWire::cancel(std::uint32_t number) {
-    for (Queue& queue : queues_) {
-        const auto found = std::find_if(queue.begin(), queue.end(), [&](const Active& a) { return a.transfer.number == number; });
-        if (found != queue.end()) {
-            queue.erase(found);
-            return true;
-        }
-    }
-    return false;
+    return std::ranges::any_of(queues_, [&](Queue& queue) {
+        return std::erase_if(queue, [&](const Active& active) { return active.transfer.number == number; }) > 0;
+    });
 }
 
 void UsbWire::finish(Queue& queue, UsbResult result) {

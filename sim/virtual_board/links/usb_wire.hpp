@@ -11,7 +11,7 @@
 
 namespace tricoil::virtual_board {
 
-enum class UsbResult : std::uint8_t { ok, stalled, gone, cancelled };
+enum class UsbResult : std::uint8_t { ok, stalled, gone };
 
 struct UsbTransfer {
     std::uint32_t number = 0;
@@ -60,7 +60,6 @@ private:
     bool& toggle_of(const UsbTransfer& transfer);
 
     Usb& board_;
-    Machine& machine_;
     Event step_;
     std::array<Queue, kQueues> queues_;
     std::array<bool, kQueues> toggles_{};

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "hal/interface.hpp"
+
 namespace tricoil::virtual_board {
 
 constexpr std::uint32_t kAllBits = 0xFFFF'FFFF;
@@ -28,13 +30,8 @@ private:
 };
 
 /// Registers of 32 bits at offsets from a base. An unknown offset throws RunFailure.
-class Peripheral {
+class Peripheral : public hal::Interface {
 public:
-    Peripheral() = default;
-    Peripheral(const Peripheral&) = delete;
-    Peripheral& operator=(const Peripheral&) = delete;
-    virtual ~Peripheral() = default;
-
     virtual std::uint32_t read(std::uint32_t offset) = 0;
     virtual void write(std::uint32_t offset, std::uint32_t value) = 0;
     /// A write of 1 or 2 bytes. The default throws RunFailure, because few registers allow it.

@@ -1,10 +1,6 @@
 #include "sim/virtual_board/machine/system_control.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
-
-#include "sim/virtual_board/machine/run_failure.hpp"
 
 namespace tricoil::virtual_board {
 namespace {
@@ -12,52 +8,16 @@ namespace {
 // Offsets from 0xE000ED00.
 constexpr std::uint32_t kCpuid = 0x00;
 constexpr std::uint32_t kIcsr = 0x04;
-constexpr std::uint32_t kVtor = 0x08;
 constexpr std::uint32_t kAircr = 0x0C;
-constexpr std::uint32_t kScr = 0x10;
-constexpr std::uint32_t kCcr = 0x14;
 constexpr std::uint32_t kPriorities = 0x18;  // of exceptions 4 to 15, one byte each
 constexpr std::uint32_t kShcsr = 0x24;
 constexpr std::uint32_t kCfsr = 0x28;
 constexpr std::uint32_t kHfsr = 0x2C;
 constexpr std::uint32_t kMmfar = 0x34;
 constexpr std::uint32_t kBfar = 0x38;
-constexpr std::uint32_t kCpacr = 0x88;
 constexpr std::uint32_t kDhcsr = 0xF0;
 constexpr std::uint32_t kDemcr = 0xFC;
-constexpr std::uint32_t kFpccr = 0x234;
-constexpr std::uint32_t kFpcar = 0x238;
-constexpr std::uint32_t kFpdscr = 0x23C;
 
-constexpr Register kSleep{kScr, 0, "SCR", 0x16};
-constexpr Register kConfiguration{kCcr, 0x200, "CCR", 0x200,
-                                  "NONBASETHRDENA@0 USERSETMPEND@1 UNALIGN_TRP@3 DIV_0_TRP@4 BFHFNMIGN@8"};
-// Every fault ends the run, or is a HardFault: the handlers of single faults stay disabled.
-constexpr Register kFaults{kShcsr, 0, "SHCSR", 0, "active_and_pending_flags@0-15 MEMFAULTENA@16 BUSFAULTENA@17 USGFAULTENA@18"};
-constexpr std::array<Register, 24> kRegisters{{{kCpuid, 0x410FC241, "CPUID", 0},
-                                               {kIcsr, 0, "ICSR", kAllBits},
-                                               {kVtor, 0, "VTOR", 0xFFFFFF80},
-                                               {kAircr, 0xFA050000, "AIRCR", 0xFFFF0704},
-                                               kSleep,
-                                               kConfiguration,
-                                               {kPriorities, 0, "SHPR1", 0xF0F0F0},
-                                               {kPriorities + 4, 0, "SHPR2", 0xF0000000},
-                                               {kPriorities + 8, 0, "SHPR3", 0xF0F00000},
-                                               kFaults,
-                                               {kCfsr, 0, "CFSR", kAllBits},
-                                               {kHfsr, 0, "HFSR", kAllBits},
-                                               {kMmfar, 0, "MMFAR", 0},
-                                               {kBfar, 0, "BFAR", 0},
-                                               {kCpacr, 0, "CPACR", 0x00F00000},
-                                               kMpuRegisters[0],
-                                               kMpuRegisters[1],
-                                               kMpuRegisters[2],
-                                               kMpuRegisters[3],
-                                               kMpuRegisters[4],
-                                               {kDemcr, 0, "DEMCR", 0x01000000},
-                                               {kFpccr, 0xC0000000, "FPCCR", kAllBits},
-                                               {kFpcar, 0, "FPCAR", 0xFFFFFFF8},
-                                               {kFpdscr, 0, "FPDSCR", 0x07C00000}}};
 constexpr std::array<Register, 4> kTickRegisters{
     {{0x0, 0, "CTRL", 0x7}, {0x4, 0, "LOAD", 0xFFFFFF}, {0x8, 0, "VAL", kAllBits}, {0xC, 0, "CALIB", 0}}};
 constexpr std::array<Register, 2> kCycleRegisters{{{0x0, 0x40000000, "CTRL", 0x1}, {0x4, 0, "CYCCNT", kAllBits}}};
@@ -67,26 +27,57 @@ constexpr std::uint32_t kForced = 1U << 30U;             // HFSR
 constexpr std::uint32_t kMemoryAddressValid = 1U << 7U;  // CFSR.MMARVALID
 constexpr std::uint32_t kBusAddressValid = 1U << 15U;    // CFSR.BFARVALID
 
-std::uint32_t bit(bool set, unsigned at) { return set ? 1U << at : 0U; }
-
 }  // namespace
 
+// Every fault ends the run, or is a HardFault: the handlers of single faults stay disabled (SHCSR).
+SystemControl::SystemControl(Nvic& nvic, std::function<void()> request_reset)
+    : nvic_(nvic),
+      request_reset_(std::move(request_reset)),
+      registers_({{kCpuid, 0x410FC241, "CPUID", 0},  // Cortex-M4 r0p1
+                  {kIcsr, 0, "ICSR", kAllBits},
+                  {kVtor, 0, "VTOR", 0xFFFFFF80},
+                  {kAircr, 0xFA050000, "AIRCR", 0xFFFF0704},
+                  {kScr, 0, "SCR", 0x16},
+                  {kCcr, 0x200, "CCR", 0x200, "NONBASETHRDENA@0 USERSETMPEND@1 UNALIGN_TRP@3 DIV_0_TRP@4 BFHFNMIGN@8"},
+                  {kPriorities, 0, "SHPR1", 0xF0F0F0},
+                  {kPriorities + 4, 0, "SHPR2", 0xF0000000},
+                  {kPriorities + 8, 0, "SHPR3", 0xF0F00000},
+                  {kShcsr, 0, "SHCSR", 0, "active_and_pending_flags@0-15 MEMFAULTENA@16 BUSFAULTENA@17 USGFAULTENA@18"},
+                  {kCfsr, 0, "CFSR", kAllBits},
+                  {kHfsr, 0, "HFSR", kAllBits},
+                  {kMmfar, 0, "MMFAR", 0},
+                  {kBfar, 0, "BFAR", 0},
+                  {kCpacr, 0, "CPACR", 0x00F00000},
+                  kMpuRegisters[0],
+                  kMpuRegisters[1],
+                  kMpuRegisters[2],
+                  kMpuRegisters[3],
+                  kMpuRegisters[4],
+                  {kDemcr, 1U << 24U, "DEMCR", 0x01000000},
+                  {kFpccr, 0xC0000000, "FPCCR", kAllBits},
+                  {kFpcar, 0, "FPCAR", 0xFFFFFFF8},
+                  {kFpdscr, 0, "FPDSCR", 0x07C00000}}) {}
+
 void SystemControl::note_fault(std::uint32_t bits, std::uint32_t address) {
-    cfsr_ |= bits;
-    hfsr_ |= kForced;
-    mmfar_ = (bits & kMemoryAddressValid) != 0 ? address : mmfar_;
-    bfar_ = (bits & kBusAddressValid) != 0 ? address : bfar_;
+    registers_.at(kCfsr) |= bits;
+    registers_.at(kHfsr) |= kForced;
+    if ((bits & kMemoryAddressValid) != 0) {
+        registers_.at(kMmfar) = address;
+    }
+    if ((bits & kBusAddressValid) != 0) {
+        registers_.at(kBfar) = address;
+    }
 }
 
 void SystemControl::wait_for_lazy_save(std::uint32_t address) {
-    fpcar_ = address;
-    fpccr_ |= 1U;
+    registers_.at(kFpcar) = address;
+    registers_.at(kFpccr) |= 1U;
 }
 
 std::uint32_t SystemControl::interrupt_state() const {
-    return static_cast<std::uint32_t>(running_) | bit(nvic_.active_count() <= 1, 11) |
-           static_cast<std::uint32_t>(nvic_.first_pending()) << 12U | bit(nvic_.first_pending() >= kFirstInterrupt, 22) |
-           bit(nvic_.is_pending(kSysTick), 26) | bit(nvic_.is_pending(kPendSv), 28) | bit(nvic_.is_pending(kNmi), 31);
+    return static_cast<std::uint32_t>(running_) | flag(nvic_.active_count() <= 1, 11) |
+           static_cast<std::uint32_t>(nvic_.first_pending()) << 12U | flag(nvic_.first_pending() >= kFirstInterrupt, 22) |
+           flag(nvic_.is_pending(kSysTick), 26) | flag(nvic_.is_pending(kPendSv), 28) | flag(nvic_.is_pending(kNmi), 31);
 }
 
 void SystemControl::control_interrupts(std::uint32_t value) {
@@ -115,42 +106,14 @@ std::uint32_t SystemControl::read(std::uint32_t offset) {
         return mpu_.read(offset);
     }
     switch (offset) {
-        case kCpuid:
-            return 0x410FC241;  // Cortex-M4 r0p1
         case kIcsr:
             return interrupt_state();
-        case kVtor:
-            return vtor_;
         case kAircr:
             return 0xFA050000U | nvic_.group() << 8U;
-        case kScr:
-            return scr_;
-        case kCcr:
-            return ccr_;
-        case kShcsr:
-            return shcsr_;
-        case kCfsr:
-            return cfsr_;
-        case kHfsr:
-            return hfsr_;
-        case kCpacr:
-            return cpacr_;
-        case kFpccr:
-            return fpccr_;
-        case kFpcar:
-            return fpcar_;
-        case kFpdscr:
-            return fpdscr_;
-        case kBfar:
-            return bfar_;
-        case kMmfar:
-            return mmfar_;
         case kDhcsr:
             return 0;  // no debugger is attached
-        case kDemcr:
-            return 1U << 24U;
         default:
-            throw RunFailure("no such register");
+            return registers_.at(offset);
     }
 }
 
@@ -167,9 +130,6 @@ void SystemControl::write(std::uint32_t offset, std::uint32_t value) {
         case kIcsr:
             control_interrupts(value);
             break;
-        case kVtor:
-            vtor_ = value & ~0x7FU;
-            break;
         case kAircr:
             if (value >> 16U != 0x05FA) {
                 throw RunFailure("AIRCR is written without its key");
@@ -180,34 +140,21 @@ void SystemControl::write(std::uint32_t offset, std::uint32_t value) {
             }
             break;
         case kScr:
-            kSleep.check(value);
-            scr_ = value;
-            break;
         case kCcr:
-            kConfiguration.check(value);
-            ccr_ = value;
-            break;
         case kShcsr:
-            kFaults.check(value);
-            shcsr_ = value;
+            registers_.check(offset, value);
+            registers_.at(offset) = value;
             break;
         case kCfsr:
-            cfsr_ &= ~value;
-            break;
         case kHfsr:
-            hfsr_ &= ~value;
+            registers_.at(offset) &= ~value;
             break;
+        case kVtor:
         case kCpacr:
-            cpacr_ = value & 0x00F00000U;
-            break;
         case kFpccr:
-            fpccr_ = value;
-            break;
         case kFpcar:
-            fpcar_ = value & ~7U;
-            break;
-        case kFpdscr:
-            fpdscr_ = value;
+        case kFpdscr:  // the other bits stay zero
+            registers_.at(offset) = value & registers_.modelled(offset);
             break;
         case kDemcr:
             break;
@@ -226,26 +173,13 @@ void SystemControl::write_narrow(std::uint32_t offset, std::uint32_t value, unsi
     }
 }
 
-std::span<const Register> SystemControl::registers() const { return kRegisters; }
-
 std::span<const Register> SysTick::registers() const { return kTickRegisters; }
 
 std::span<const Register> CycleCounter::registers() const { return kCycleRegisters; }
 
 void SystemControl::reset() {
-    vtor_ = 0;
-    scr_ = 0;
-    ccr_ = 0x200;  // STKALIGN
-    shcsr_ = 0;
-    cfsr_ = 0;
-    hfsr_ = 0;
-    mmfar_ = 0;
-    bfar_ = 0;
+    registers_.reset();
     mpu_.reset();
-    cpacr_ = 0;
-    fpccr_ = 0xC0000000;  // ASPEN, LSPEN
-    fpcar_ = 0;
-    fpdscr_ = 0;
     running_ = 0;
 }
 
@@ -281,7 +215,7 @@ void SysTick::count_from(std::uint32_t count) {
 std::uint32_t SysTick::read(std::uint32_t offset) {
     switch (offset) {
         case 0x0: {
-            const std::uint32_t value = control_ | bit(counted_, 16);
+            const std::uint32_t value = control_ | flag(counted_, 16);
             counted_ = false;
             return value;
         }

@@ -5,31 +5,32 @@
 
 #include "sim/virtual_board/machine/mpu.hpp"
 #include "sim/virtual_board/machine/nvic.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
 /// System control block and floating-point context registers, 0xE000ED00-0xE000EFFF (ARMv7-M B3.2).
 class SystemControl final : public Peripheral {
 public:
-    SystemControl(Nvic& nvic, std::function<void()> request_reset) : nvic_(nvic), request_reset_(std::move(request_reset)) {}
+    SystemControl(Nvic& nvic, std::function<void()> request_reset);
 
-    [[nodiscard]] std::uint32_t vector_table() const { return vtor_; }
+    [[nodiscard]] std::uint32_t vector_table() const { return registers_[kVtor]; }
     /// True if CPACR gives code full access to coprocessors 10 and 11.
-    [[nodiscard]] bool float_is_on() const { return (cpacr_ >> 20U & 0xFU) == 0xFU; }
-    [[nodiscard]] bool stack_aligned() const { return (ccr_ & 1U << 9U) != 0; }
+    [[nodiscard]] bool float_is_on() const { return field(registers_[kCpacr], 20, 4) == 0xFU; }
+    [[nodiscard]] bool stack_aligned() const { return is_set(registers_[kCcr], 9); }
 
-    [[nodiscard]] bool sleeps_on_exit() const { return (scr_ & 2U) != 0; }
-    [[nodiscard]] bool sleeps_deeply() const { return (scr_ & 4U) != 0; }
-    [[nodiscard]] bool pending_is_event() const { return (scr_ & 0x10U) != 0; }
+    [[nodiscard]] bool sleeps_on_exit() const { return is_set(registers_[kScr], 1); }
+    [[nodiscard]] bool sleeps_deeply() const { return is_set(registers_[kScr], 2); }
+    [[nodiscard]] bool pending_is_event() const { return is_set(registers_[kScr], 4); }
 
     // FPCCR and FPCAR: stack address of the interrupted program's floating-point registers while their save is pending.
-    [[nodiscard]] bool saves_float() const { return (fpccr_ & 1U << 31U) != 0; }
-    [[nodiscard]] bool saves_lazily() const { return (fpccr_ & 1U << 30U) != 0; }
-    [[nodiscard]] bool lazy_save_waits() const { return (fpccr_ & 1U) != 0; }
-    [[nodiscard]] std::uint32_t lazy_save_address() const { return fpcar_; }
+    [[nodiscard]] bool saves_float() const { return is_set(registers_[kFpccr], 31); }
+    [[nodiscard]] bool saves_lazily() const { return is_set(registers_[kFpccr], 30); }
+    [[nodiscard]] bool lazy_save_waits() const { return is_set(registers_[kFpccr], 0); }
+    [[nodiscard]] std::uint32_t lazy_save_address() const { return registers_[kFpcar]; }
     void wait_for_lazy_save(std::uint32_t address);
-    void end_lazy_save() { fpccr_ &= ~1U; }
-    [[nodiscard]] std::uint32_t default_fpscr() const { return fpdscr_; }
+    void end_lazy_save() { registers_.at(kFpccr) &= ~1U; }
+    [[nodiscard]] std::uint32_t default_fpscr() const { return registers_[kFpdscr]; }
 
     [[nodiscard]] const Mpu& mpu() const { return mpu_; }
 
@@ -47,31 +48,28 @@ public:
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
-    [[nodiscard]] std::span<const Register> registers() const override;
+    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
     /// Number of the running exception, for ICSR.
     void set_running(int exception) { running_ = exception; }
 
 private:
+    static constexpr std::uint32_t kVtor = 0x08;
+    static constexpr std::uint32_t kScr = 0x10;
+    static constexpr std::uint32_t kCcr = 0x14;
+    static constexpr std::uint32_t kCpacr = 0x88;
+    static constexpr std::uint32_t kFpccr = 0x234;
+    static constexpr std::uint32_t kFpcar = 0x238;
+    static constexpr std::uint32_t kFpdscr = 0x23C;
+
     [[nodiscard]] std::uint32_t interrupt_state() const;
     void control_interrupts(std::uint32_t value);
 
     Nvic& nvic_;
     std::function<void()> request_reset_;
-    std::uint32_t vtor_ = 0;
-    std::uint32_t scr_ = 0;
-    std::uint32_t ccr_ = 0;
-    std::uint32_t shcsr_ = 0;
-    std::uint32_t cfsr_ = 0;
-    std::uint32_t hfsr_ = 0;
-    std::uint32_t mmfar_ = 0;
-    std::uint32_t bfar_ = 0;
+    RegisterFile registers_;
     Mpu mpu_;
-    std::uint32_t cpacr_ = 0;
-    std::uint32_t fpccr_ = 0;
-    std::uint32_t fpcar_ = 0;
-    std::uint32_t fpdscr_ = 0;
     int running_ = 0;
 };
 

@@ -15,7 +15,7 @@ struct AdcParams {
     InterruptLine interrupt;
 };
 
-class Adc final : public Peripheral {
+class Adc final : public RegisterPeripheral {
 public:
     Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& params);
 
@@ -37,11 +37,10 @@ public:
     void set_stuck(bool stuck) { stuck_ = stuck; }
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     void control(std::uint32_t value);
     void power(std::uint32_t value);
     void calibrate();
@@ -64,7 +63,6 @@ private:
     Dma& dma_;
     const AdcCommon& common_;
     AdcParams params_;
-    RegisterFile<49> registers_;
     Event ready_;
     Event calibrated_;
     Event finished_;

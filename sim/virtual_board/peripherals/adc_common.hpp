@@ -4,16 +4,16 @@
 #include <array>
 #include <functional>
 
+#include "sim/virtual_board/machine/register_file.hpp"
 #include "sim/virtual_board/machine/time.hpp"
-#include "sim/virtual_board/peripherals/stored_registers.hpp"
 
 namespace tricoil::virtual_board {
 
-class AdcCommon final : public StoredPeripheral<4> {
+class AdcCommon final : public RegisterPeripheral {
 public:
     /// `bus`: ticks per cycle of the bus clock; `asynchronous`: of the clock that RCC selects, 0 if none.
     AdcCommon(std::function<Ticks()> bus, std::function<Ticks()> asynchronous)
-        : StoredPeripheral({{kCcr, 0, "CCR", 0x01FF0000, "DUAL@0-4 DELAY@8-11 DMACFG@13 MDMA@14-15"}}),
+        : RegisterPeripheral({{kCcr, 0, "CCR", 0x01FF0000, "DUAL@0-4 DELAY@8-11 DMACFG@13 MDMA@14-15"}}),
           bus_(std::move(bus)),
           asynchronous_(std::move(asynchronous)) {}
 

@@ -3,16 +3,38 @@
 
 #include <algorithm>
 
-#include "sim/virtual_board/machine/peripheral.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
-class Crc final : public Peripheral {
+class Crc final : public RegisterPeripheral {
 public:
+    Crc()
+        : RegisterPeripheral({{kData, 0xFFFFFFFF, "DR", kAllBits},
+                              {0x04, 0, "IDR", kAllBits},
+                              {kControl, 0, "CR", 0xF9},
+                              {kInitial, 0xFFFFFFFF, "INIT", kAllBits},
+                              {kPolynomial, 0x04C11DB7, "POL", kAllBits}}) {}
+
     std::uint32_t read(std::uint32_t offset) override { return offset == kData ? result() : registers_.at(offset); }
-    void write(std::uint32_t offset, std::uint32_t value) override {
-        registers_.check(offset, value);
+    void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override {
+        if (offset != kData) {
+            Peripheral::write_narrow(offset, value, bytes);
+        }
+        feed(value, 8 * bytes);
+    }
+    void reset() override {
+        registers_.reset();
+        remainder_ = registers_[kInitial];
+    }
+
+private:
+    static constexpr std::uint32_t kData = 0x00;
+    static constexpr std::uint32_t kControl = 0x08;
+    static constexpr std::uint32_t kInitial = 0x10;
+    static constexpr std::uint32_t kPolynomial = 0x14;
+
+    void apply(std::uint32_t offset, std::uint32_t value) override {
         switch (offset) {
             case kData:
                 feed(value, 32);
@@ -29,23 +51,6 @@ public:
                 registers_.at(offset) = value;
         }
     }
-    void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override {
-        if (offset != kData) {
-            Peripheral::write_narrow(offset, value, bytes);
-        }
-        feed(value, 8 * bytes);
-    }
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
-    void reset() override {
-        registers_.reset();
-        remainder_ = registers_[kInitial];
-    }
-
-private:
-    static constexpr std::uint32_t kData = 0x00;
-    static constexpr std::uint32_t kControl = 0x08;
-    static constexpr std::uint32_t kInitial = 0x10;
-    static constexpr std::uint32_t kPolynomial = 0x14;
 
     [[nodiscard]] unsigned size() const {
         constexpr unsigned kSizes[] = {32, 16, 8, 7};
@@ -73,11 +78,6 @@ private:
         return is_set(registers_[kControl], 7) ? reversed(remainder_, size(), size()) : remainder_;
     }
 
-    RegisterFile<6> registers_{{kData, 0xFFFFFFFF, "DR", kAllBits},
-                               {0x04, 0, "IDR", kAllBits},
-                               {kControl, 0, "CR", 0xF9},
-                               {kInitial, 0xFFFFFFFF, "INIT", kAllBits},
-                               {kPolynomial, 0x04C11DB7, "POL", kAllBits}};
     std::uint32_t remainder_ = 0xFFFFFFFF;
 };
 

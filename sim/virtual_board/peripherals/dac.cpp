@@ -22,34 +22,34 @@ constexpr double kFastBusHz = 160e6;
 }  // namespace dac
 
 Dac::Dac(Machine& machine, Dma& dma, InterruptLine interrupt, std::array<unsigned, 2> requests, std::function<double()> core_hz)
-    : machine_(machine),
+    : RegisterPeripheral({{dac::kCr, 0, "CR", 0x3F3F3F3F, "WAVE1@6-7 CEN1@14 WAVE2@22-23 CEN2@30"},
+                          {dac::kSoftware, 0, "SWTRIGR", 0x3, "SWTRIGB1@16 SWTRIGB2@17"},
+                          {dac::kHold1, 0, "DHR12R1", 0xFFFF, "DACC1DHRB@16-27"},
+                          {0x0C, 0, "DHR12L1", 0xFFFF, "DACC1DHRB@20-31"},
+                          {0x10, 0, "DHR8R1", 0xFF, "DACC1DHRB@8-15"},
+                          {dac::kHold2, 0, "DHR12R2", 0xFFFF, "DACC2DHRB@16-27"},
+                          {0x18, 0, "DHR12L2", 0xFFFF, "DACC2DHRB@20-31"},
+                          {0x1C, 0, "DHR8R2", 0xFF, "DACC2DHRB@8-15"},
+                          {dac::kHoldBoth, 0, "DHR12RD", kAllBits},
+                          {0x24, 0, "DHR12LD", kAllBits},
+                          {0x28, 0, "DHR8RD", 0xFFFF},
+                          {dac::kOutput1, 0, "DOR1", kAllBits},
+                          {dac::kOutput2, 0, "DOR2", kAllBits},
+                          {dac::kSr, 0, "SR", kAllBits},
+                          {0x38, 0, "CCR", 0, "OTRIM1@0-4 OTRIM2@16-20"},
+                          {0x40, 0, "SHSR1", 0, "TSAMPLE1@0-9"},
+                          {0x44, 0, "SHSR2", 0, "TSAMPLE2@0-9"},
+                          {0x48, 0x10001, "SHHR", 0, "THOLD@0-31"},
+                          {0x4C, 0x10001, "SHRR", 0, "TREFRESH@0-31"},
+                          {0x58, 0, "STR1", 0, "STRSTDATA1@0-11 STDIR1@12 STINCDATA1@16-31"},
+                          {0x5C, 0, "STR2", 0, "STRSTDATA2@0-11 STDIR2@12 STINCDATA2@16-31"},
+                          {0x60, 0, "STMODR", 0, "STRSTTRIGSEL1@0-3 STINCTRIGSEL1@8-11 STRSTTRIGSEL2@16-19 STINCTRIGSEL2@24-27"},
+                          {dac::kMcr, 0, "MCR", 0x0007C007, "DMADOUBLE1@8 SINFORMAT1@9 DMADOUBLE2@24 SINFORMAT2@25"}}),
+      machine_(machine),
       dma_(dma),
       interrupt_(interrupt),
       requests_(requests),
-      core_hz_(std::move(core_hz)),
-      registers_{{dac::kCr, 0, "CR", 0x3F3F3F3F, "WAVE1@6-7 CEN1@14 WAVE2@22-23 CEN2@30"},
-                 {dac::kSoftware, 0, "SWTRIGR", 0x3, "SWTRIGB1@16 SWTRIGB2@17"},
-                 {dac::kHold1, 0, "DHR12R1", 0xFFFF, "DACC1DHRB@16-27"},
-                 {0x0C, 0, "DHR12L1", 0xFFFF, "DACC1DHRB@20-31"},
-                 {0x10, 0, "DHR8R1", 0xFF, "DACC1DHRB@8-15"},
-                 {dac::kHold2, 0, "DHR12R2", 0xFFFF, "DACC2DHRB@16-27"},
-                 {0x18, 0, "DHR12L2", 0xFFFF, "DACC2DHRB@20-31"},
-                 {0x1C, 0, "DHR8R2", 0xFF, "DACC2DHRB@8-15"},
-                 {dac::kHoldBoth, 0, "DHR12RD", kAllBits},
-                 {0x24, 0, "DHR12LD", kAllBits},
-                 {0x28, 0, "DHR8RD", 0xFFFF},
-                 {dac::kOutput1, 0, "DOR1", kAllBits},
-                 {dac::kOutput2, 0, "DOR2", kAllBits},
-                 {dac::kSr, 0, "SR", kAllBits},
-                 {0x38, 0, "CCR", 0, "OTRIM1@0-4 OTRIM2@16-20"},
-                 {0x40, 0, "SHSR1", 0, "TSAMPLE1@0-9"},
-                 {0x44, 0, "SHSR2", 0, "TSAMPLE2@0-9"},
-                 {0x48, 0x10001, "SHHR", 0, "THOLD@0-31"},
-                 {0x4C, 0x10001, "SHRR", 0, "TREFRESH@0-31"},
-                 {0x58, 0, "STR1", 0, "STRSTDATA1@0-11 STDIR1@12 STINCDATA1@16-31"},
-                 {0x5C, 0, "STR2", 0, "STRSTDATA2@0-11 STDIR2@12 STINCDATA2@16-31"},
-                 {0x60, 0, "STMODR", 0, "STRSTTRIGSEL1@0-3 STINCTRIGSEL1@8-11 STRSTTRIGSEL2@16-19 STINCTRIGSEL2@24-27"},
-                 {dac::kMcr, 0, "MCR", 0x0007C007, "DMADOUBLE1@8 SINFORMAT1@9 DMADOUBLE2@24 SINFORMAT2@25"}} {}
+      core_hz_(std::move(core_hz)) {}
 
 void Dac::trigger(unsigned source) {
     for (unsigned n = 0; n < 2; ++n) {
@@ -119,8 +119,7 @@ std::uint32_t Dac::read(std::uint32_t offset) {
     }
 }
 
-void Dac::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Dac::apply(std::uint32_t offset, std::uint32_t value) {
     if (offset >= dac::kHold1 && offset <= 0x28) {
         hold_aligned(offset, value);
         return;

@@ -9,7 +9,7 @@
 
 namespace tricoil::virtual_board {
 
-class Dac final : public Peripheral {
+class Dac final : public RegisterPeripheral {
 public:
     /// `requests`: the channels' numbers at the DMA request multiplexer. `core_hz`: checked against HFSEL.
     Dac(Machine& machine, Dma& dma, InterruptLine interrupt, std::array<unsigned, 2> requests, std::function<double()> core_hz);
@@ -24,12 +24,11 @@ public:
     [[nodiscard]] std::uint32_t code(unsigned channel) const { return outputs_[channel]; }
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     void hold(unsigned channel, std::uint32_t code);
     void hold_aligned(std::uint32_t offset, std::uint32_t value);
     void trigger_channel(unsigned channel);
@@ -40,7 +39,6 @@ private:
     InterruptLine interrupt_;
     std::array<unsigned, 2> requests_;
     std::function<double()> core_hz_;
-    RegisterFile<25> registers_;
     std::array<std::uint32_t, 2> held_{};
     std::array<std::uint32_t, 2> outputs_{};
     std::array<bool, 2> waits_{};  // for the DMA

@@ -34,19 +34,19 @@ constexpr std::array<Group, 8> kLineGroups{
 }  // namespace
 
 Exti::Exti(Machine& machine)
-    : machine_(machine),
-      registers_{{exti::kInterruptMask, 0x1F840000, "IMR1", exti::kLines | exti::kDirect, exti::kOthers},
-                 {exti::kEventMask, 0, "EMR1", exti::kLines, exti::kOthers},
-                 {kRising, 0, "RTSR1", exti::kLines, exti::kOthers},
-                 {kFalling, 0, "FTSR1", exti::kLines, exti::kOthers},
-                 {exti::kSoftware, 0, "SWIER1", exti::kLines, exti::kOthers},
-                 {exti::kPending, 0, "PR1", kAllBits},
-                 {0x20, 0, "IMR2", exti::kUpperDirect, exti::kUpperOthers},
-                 {0x24, 0, "EMR2", 0, exti::kUpperOthers},
-                 {0x28, 0, "RTSR2", 0, exti::kUpperOthers},
-                 {0x2C, 0, "FTSR2", 0, exti::kUpperOthers},
-                 {0x30, 0, "SWIER2", 0, exti::kUpperOthers},
-                 {0x34, 0, "PR2", kAllBits}} {}
+    : RegisterPeripheral({{exti::kInterruptMask, 0x1F840000, "IMR1", exti::kLines | exti::kDirect, exti::kOthers},
+                          {exti::kEventMask, 0, "EMR1", exti::kLines, exti::kOthers},
+                          {kRising, 0, "RTSR1", exti::kLines, exti::kOthers},
+                          {kFalling, 0, "FTSR1", exti::kLines, exti::kOthers},
+                          {exti::kSoftware, 0, "SWIER1", exti::kLines, exti::kOthers},
+                          {exti::kPending, 0, "PR1", kAllBits},
+                          {0x20, 0, "IMR2", exti::kUpperDirect, exti::kUpperOthers},
+                          {0x24, 0, "EMR2", 0, exti::kUpperOthers},
+                          {0x28, 0, "RTSR2", 0, exti::kUpperOthers},
+                          {0x2C, 0, "FTSR2", 0, exti::kUpperOthers},
+                          {0x30, 0, "SWIER2", 0, exti::kUpperOthers},
+                          {0x34, 0, "PR2", kAllBits}}),
+      machine_(machine) {}
 
 void Exti::trigger(std::uint32_t lines) {
     registers_.at(exti::kPending) |= lines & registers_[exti::kInterruptMask];
@@ -79,8 +79,7 @@ void Exti::show_interrupts() {
     }
 }
 
-void Exti::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Exti::apply(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
         case exti::kPending:
             registers_.at(exti::kPending) &= ~value;

@@ -4,11 +4,11 @@
 #include <functional>
 
 #include "sim/virtual_board/machine/machine.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
-class Exti final : public Peripheral {
+class Exti final : public RegisterPeripheral {
 public:
     static constexpr unsigned kPinLines = 16;
 
@@ -21,12 +21,10 @@ public:
     /// Call it after the level of a pin may have changed.
     void check_pins();
 
-    std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
-    void write(std::uint32_t offset, std::uint32_t value) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     static constexpr std::uint32_t kRising = 0x08;
     static constexpr std::uint32_t kFalling = 0x0C;
     [[nodiscard]] std::uint32_t levels() const;
@@ -34,7 +32,6 @@ private:
     void show_interrupts();
 
     Machine& machine_;
-    RegisterFile<14> registers_;
     std::uint32_t levels_ = 0;
 };
 

@@ -1,7 +1,5 @@
 #include "sim/virtual_board/peripherals/fdcan.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -23,10 +21,10 @@ unsigned code_of_bytes(std::size_t bytes) {
 }
 
 Fdcan::Fdcan(Machine& machine, std::array<int, 2> lines, std::function<double()> kernel_hz)
-    : machine_(machine),
+    : RegisterPeripheral(fdcan::registers()),
+      machine_(machine),
       lines_(lines),
       kernel_hz_(std::move(kernel_hz)),
-      registers_(fdcan::registers()),
       recovered_(machine.events,
                  [this] {
                      bus_off_ = false;
@@ -119,9 +117,7 @@ void Fdcan::control(std::uint32_t value) {
     }
     if (!is_set(before, kChange) && is_set(next, kChange)) {
         for (Fifo* fifo : {&fifos_[0], &fifos_[1], &events_}) {
-            fifo->level = 0;
-            fifo->get = 0;
-            fifo->lost = false;
+            *fifo = {fifo->base};
         }
         registers_.at(kHpms) = 0;
         requests_ = 0;
@@ -161,14 +157,13 @@ std::uint32_t Fdcan::read(std::uint32_t offset) {
         case kTxbrp:
             return requests_;
         case kTxefs:
-            return event_status();
+            return fifo_status(events_);
         default:
             return registers_.at(offset);
     }
 }
 
-void Fdcan::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Fdcan::apply(std::uint32_t offset, std::uint32_t value) {
     const bool is_protected = offset == kDbtp || offset == kNbtp || offset == kTdcr || offset == kRxgfc || offset == kTxbc ||
                               offset == kXidam || offset == kTest;
     if (is_protected && (registers_[kCccr] & 3U) != 3) {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "sim/virtual_board/machine/machine.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
@@ -24,7 +24,7 @@ struct CanFrame {
     bool operator==(const CanFrame&) const = default;
 };
 
-class Fdcan final : public Peripheral {
+class Fdcan final : public RegisterPeripheral {
 public:
     /// `lines`: the two interrupt outputs; `kernel_hz`: kernel clock, 0 if it is off.
     Fdcan(Machine& machine, std::array<int, 2> lines, std::function<double()> kernel_hz);
@@ -62,13 +62,12 @@ public:
     std::function<void()> check_pins;
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
     static constexpr std::uint32_t kMemoryBytes = 0x350;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     class MessageMemory final : public Peripheral {
     public:
         std::uint32_t read(std::uint32_t offset) override { return words.at(offset / 4); }
@@ -99,7 +98,7 @@ private:
     void note_priority(const Accepted& accepted);
     void put(unsigned fifo, const CanFrame& frame, std::uint32_t matched);
     static void acknowledge(Fifo& fifo, std::uint32_t index);
-    [[nodiscard]] std::uint32_t fifo_status(const Fifo& fifo) const;
+    [[nodiscard]] static std::uint32_t fifo_status(const Fifo& fifo);
     [[nodiscard]] std::uint32_t queue_status() const;
     [[nodiscard]] int next_buffer() const;
     [[nodiscard]] CanFrame frame_in(unsigned buffer) const;
@@ -108,7 +107,6 @@ private:
     void end_loop();
     void request(std::uint32_t buffers);
     void store_event(unsigned buffer);
-    [[nodiscard]] std::uint32_t event_status() const;
     void give_up(unsigned buffer);
     [[nodiscard]] std::uint32_t protocol_status() const;
     void control(std::uint32_t value);
@@ -120,7 +118,6 @@ private:
     std::array<int, 2> lines_;
     std::function<double()> kernel_hz_;
     MessageMemory memory_;
-    RegisterFile<65> registers_;
     Event recovered_;
     Event looped_;
     std::array<Fifo, 2> fifos_;

@@ -120,7 +120,7 @@ void Fdcan::acknowledge(Fifo& fifo, std::uint32_t index) {
     fifo.get = (fifo.get + count) % kDepth;
 }
 
-std::uint32_t Fdcan::fifo_status(const Fifo& fifo) const {
+std::uint32_t Fdcan::fifo_status(const Fifo& fifo) {
     return fifo.level | fifo.get << 8U | (fifo.get + fifo.level) % kDepth << 16U | flag(fifo.level == kDepth, 24) |
            flag(fifo.lost, 25);
 }

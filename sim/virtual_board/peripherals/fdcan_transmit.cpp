@@ -189,9 +189,4 @@ void Fdcan::store_event(unsigned buffer) {
     interrupts_ |= 1U << kNewEvent | (events_.level == kDepth ? 2U << kNewEvent : 0U);
 }
 
-std::uint32_t Fdcan::event_status() const {
-    return events_.level | events_.get << 8U | (events_.get + events_.level) % kDepth << 16U | flag(events_.level == kDepth, 24) |
-           flag(events_.lost, 25);
-}
-
 }  // namespace tricoil::virtual_board

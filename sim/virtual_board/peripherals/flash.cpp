@@ -38,26 +38,27 @@ constexpr unsigned kCorrectionInterrupt = 24;
 }  // namespace flash
 
 Flash::Flash(Machine& machine)
-    : machine_(machine),
-      registers_{{kAcr, 0x00040600, "ACR", 0x45F0F, "RUN_PD@13"},
-                 {0x04, 0, "PDKEYR", 0, "PDKEYR@0-31"},
-                 {flash::kKeyr, 0, "KEYR", kAllBits},
-                 {0x0C, 0, "OPTKEYR", 0, "OPTKEYR@0-31"},
-                 {flash::kSr, 0, "SR", kAllBits},
-                 {flash::kCr, 0xC0000000, "CR", 0xC1018BFB,
-                  "MER1@2 OPTSTRT@17 FSTPG@18 ERRIE@25 RDERRIE@26 OBL_LAUNCH@27 SEC_PROT1@28 SEC_PROT2@29"},
-                 {flash::kEccr, 0, "ECCR", 0xC0FFFFFF, "ECCCIE@24 ECCC2@28 ECCD2@29"},
-                 {flash::kOptr, Memory::kUserOptions, "OPTR", 0, "OPTR@0-31"},  // option bytes: factory values, read-only
-                 {0x24, 0xFFFFFFFF, "PCROP1SR", 0, "PCROP1_STRT@0-14"},
-                 {0x28, 0xFFFF8000, "PCROP1ER", 0, "PCROP1_END@0-14 PCROP_RDP@31"},
-                 {0x2C, 0xFF80FFFF, "WRP1AR", 0, "WRP1A_STRT@0-6 WRP1A_END@16-22"},
-                 {0x30, 0xFF80FFFF, "WRP1BR", 0, "WRP1B_STRT@0-6 WRP1B_END@16-22"},
-                 {0x44, 0xFFFFFFFF, "PCROP2SR", 0, "PCROP2_STRT@0-14"},
-                 {0x48, 0xFFFF8000, "PCROP2ER", 0, "PCROP2_END@0-14"},
-                 {0x4C, 0xFF80FFFF, "WRP2AR", 0, "WRP2A_STRT@0-6 WRP2A_END@16-22"},
-                 {0x50, 0xFF80FFFF, "WRP2BR", 0, "WRP2B_STRT@0-6 WRP2B_END@16-22"},
-                 {0x70, 0xFFFEFF00, "SEC1R", 0, "SEC_SIZE1@0-7 BOOT_LOCK@16"},
-                 {0x74, 0xFFFFFF00, "SEC2R", 0, "SEC_SIZE2@0-7"}},
+    : RegisterPeripheral(
+          {{kAcr, 0x00040600, "ACR", 0x45F0F, "RUN_PD@13"},
+           {0x04, 0, "PDKEYR", 0, "PDKEYR@0-31"},
+           {flash::kKeyr, 0, "KEYR", kAllBits},
+           {0x0C, 0, "OPTKEYR", 0, "OPTKEYR@0-31"},
+           {flash::kSr, 0, "SR", kAllBits},
+           {flash::kCr, 0xC0000000, "CR", 0xC1018BFB,
+            "MER1@2 OPTSTRT@17 FSTPG@18 ERRIE@25 RDERRIE@26 OBL_LAUNCH@27 SEC_PROT1@28 SEC_PROT2@29"},
+           {flash::kEccr, 0, "ECCR", 0xC0FFFFFF, "ECCCIE@24 ECCC2@28 ECCD2@29"},
+           {flash::kOptr, Memory::kUserOptions, "OPTR", 0, "OPTR@0-31"},  // option bytes: factory values, read-only
+           {0x24, 0xFFFFFFFF, "PCROP1SR", 0, "PCROP1_STRT@0-14"},
+           {0x28, 0xFFFF8000, "PCROP1ER", 0, "PCROP1_END@0-14 PCROP_RDP@31"},
+           {0x2C, 0xFF80FFFF, "WRP1AR", 0, "WRP1A_STRT@0-6 WRP1A_END@16-22"},
+           {0x30, 0xFF80FFFF, "WRP1BR", 0, "WRP1B_STRT@0-6 WRP1B_END@16-22"},
+           {0x44, 0xFFFFFFFF, "PCROP2SR", 0, "PCROP2_STRT@0-14"},
+           {0x48, 0xFFFF8000, "PCROP2ER", 0, "PCROP2_END@0-14"},
+           {0x4C, 0xFF80FFFF, "WRP2AR", 0, "WRP2A_STRT@0-6 WRP2A_END@16-22"},
+           {0x50, 0xFF80FFFF, "WRP2BR", 0, "WRP2B_STRT@0-6 WRP2B_END@16-22"},
+           {0x70, 0xFFFEFF00, "SEC1R", 0, "SEC_SIZE1@0-7 BOOT_LOCK@16"},
+           {0x74, 0xFFFFFF00, "SEC2R", 0, "SEC_SIZE2@0-7"}}),
+      machine_(machine),
       bank_(*this),
       finish_(machine.events, [this] { finish(); }),
       interrupt_(machine.events, [this] { std::exchange(on_interrupted_, {})(); }),
@@ -242,10 +243,7 @@ void Flash::control(std::uint32_t value) {
     begin({field(value, 3, 7) * kPageBytes, std::nullopt}, kEraseS);
 }
 
-std::uint32_t Flash::read(std::uint32_t offset) { return registers_.at(offset); }
-
-void Flash::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Flash::apply(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
         case flash::kKeyr:
             unlock(value);

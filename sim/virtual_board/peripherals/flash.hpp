@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "sim/virtual_board/machine/machine.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
 /// Registers at 0x40022000 and bank 2 at 0x08040000. The content survives resets and power failures. A double-word is damaged if
 /// its programming or erasing was interrupted: reading it raises the NMI until its page is erased. As on the chip, ECCR is
 /// unreliable then (ES0430 2.2.3), and erasing or programming with the data cache on is refused (ES0430 2.2.2).
-class Flash final : public Peripheral {
+class Flash final : public RegisterPeripheral {
 public:
     static constexpr std::uint32_t kPageBytes = 2048;
     static constexpr double kProgramS = 85e-6;  // DS12288: 64 bits
@@ -42,12 +42,10 @@ public:
     /// Called when an erase or program operation starts.
     std::function<void()> on_operation;
 
-    std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     class Bank final : public Peripheral {
     public:
         explicit Bank(Flash& flash) : flash_(flash) {}
@@ -79,7 +77,6 @@ private:
     [[nodiscard]] bool is_locked() const;
 
     Machine& machine_;
-    RegisterFile<30> registers_;
     Bank bank_;
     Event finish_;
     Event interrupt_;

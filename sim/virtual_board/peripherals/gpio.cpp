@@ -40,17 +40,17 @@ unsigned bits_of_a_pin(std::uint32_t offset) {
 }  // namespace
 
 Gpio::Gpio(std::uint32_t modes, std::uint32_t speeds, std::uint32_t pulls)
-    : registers_{{0x00, modes, "MODER", kAllBits},
-                 {gpio::kTypes, 0, "OTYPER", 0xFFFF},
-                 {0x08, speeds, "OSPEEDR", kAllBits},
-                 {gpio::kPulls, pulls, "PUPDR", kAllBits},
-                 {gpio::kInput, 0, "IDR", kAllBits},
-                 {gpio::kOutput, 0, "ODR", 0xFFFF},
-                 {gpio::kSetReset, 0, "BSRR", kAllBits},
-                 {gpio::kLock, 0, "LCKR", 0x1FFFF},
-                 {0x20, 0, "AFRL", kAllBits},
-                 {gpio::kHighFunctions, 0, "AFRH", kAllBits},
-                 {gpio::kReset, 0, "BRR", 0xFFFF}} {}
+    : RegisterPeripheral({{0x00, modes, "MODER", kAllBits},
+                          {gpio::kTypes, 0, "OTYPER", 0xFFFF},
+                          {0x08, speeds, "OSPEEDR", kAllBits},
+                          {gpio::kPulls, pulls, "PUPDR", kAllBits},
+                          {gpio::kInput, 0, "IDR", kAllBits},
+                          {gpio::kOutput, 0, "ODR", 0xFFFF},
+                          {gpio::kSetReset, 0, "BSRR", kAllBits},
+                          {gpio::kLock, 0, "LCKR", 0x1FFFF},
+                          {0x20, 0, "AFRL", kAllBits},
+                          {gpio::kHighFunctions, 0, "AFRH", kAllBits},
+                          {gpio::kReset, 0, "BRR", 0xFFFF}}) {}
 
 bool Gpio::floats(unsigned pin) const {
     return mode(pin) != Mode::output || (is_set(registers_[gpio::kTypes], pin) && is_set(registers_[gpio::kOutput], pin));
@@ -114,8 +114,7 @@ void Gpio::check_lock(std::uint32_t offset, std::uint32_t value) const {
     }
 }
 
-void Gpio::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Gpio::apply(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
         case gpio::kInput:
             throw RunFailure("IDR is read-only");
@@ -142,10 +141,8 @@ void Gpio::write(std::uint32_t offset, std::uint32_t value) {
 /// RM0440: the registers of a port accept bytes, half-words and words.
 void Gpio::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
     const std::uint32_t word = offset & ~3U;
-    const unsigned shift = 8 * (offset & 3U);
-    const std::uint32_t mask = ((1U << 8U * bytes) - 1U) << shift;
     const bool is_command = word == gpio::kSetReset || word == gpio::kReset;
-    write(word, (value << shift & mask) | (is_command ? 0 : registers_.at(word) & ~mask));
+    write(word, with_part(is_command ? 0 : registers_.at(word), offset, value, bytes));
 }
 
 void Gpio::reset() {

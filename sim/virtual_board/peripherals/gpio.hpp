@@ -4,12 +4,11 @@
 #include <array>
 #include <functional>
 
-#include "sim/virtual_board/machine/peripheral.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
-class Gpio final : public Peripheral {
+class Gpio final : public RegisterPeripheral {
 public:
     /// Ports A and B have different reset values, because some of their pins are debug pins.
     Gpio(std::uint32_t modes, std::uint32_t speeds, std::uint32_t pulls);
@@ -33,17 +32,15 @@ public:
     std::function<void()> on_change;
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     void lock(std::uint32_t value);
     void check_lock(std::uint32_t offset, std::uint32_t value) const;
     [[nodiscard]] bool floats(unsigned pin) const;
 
-    RegisterFile<11> registers_;
     std::array<Outside, 16> outside_{};
     std::uint32_t locked_ = 0;
     std::uint32_t lock_written_ = 0;  // last value of LCKR

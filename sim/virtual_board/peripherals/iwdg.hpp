@@ -5,14 +5,19 @@
 #include <functional>
 
 #include "sim/virtual_board/machine/machine.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
-class Iwdg final : public Peripheral {
+class Iwdg final : public RegisterPeripheral {
 public:
     Iwdg(Machine& machine, std::function<void()> on_expired)
-        : events_(machine.events),
+        : RegisterPeripheral({{kKey, 0, "KR", kAllBits},
+                              {kPrescaler, 0, "PR", 0x7},
+                              {kReload, 0xFFF, "RLR", 0xFFF},
+                              {kStatus, 0, "SR", kAllBits},
+                              {kWindow, 0xFFF, "WINR", 0xFFF}}),
+          events_(machine.events),
           on_expired_(std::move(on_expired)),
           expires_(
               machine.events, [this] { on_expired_(); }, Event::Clock::always),
@@ -29,26 +34,6 @@ public:
         return registers_.at(offset) |
                (offset == kStatus ? flag(prescaler_.is_due(), 0) | flag(reload_.is_due(), 1) | flag(window_.is_due(), 2) : 0U);
     }
-    void write(std::uint32_t offset, std::uint32_t value) override {
-        registers_.check(offset, value);
-        if (offset == kKey) {
-            take_key(value);
-            return;
-        }
-        if (!unlocked_) {
-            throw RunFailure("PR, RLR or WINR is written without the key 0x5555");
-        }
-        Event& update = offset == kPrescaler ? prescaler_ : offset == kReload ? reload_ : window_;
-        if (update.is_due()) {
-            throw RunFailure("PR, RLR or WINR is written again before its last update has finished");
-        }
-        update.in(kUpdateCycles * kTicksPerCycle);
-        registers_.at(offset) = value;
-        if (offset == kWindow && runs()) {  // also reloads the counter
-            expires_.in(period());
-        }
-    }
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override {
         registers_.reset();
         expires_.cancel();
@@ -66,6 +51,25 @@ private:
     static constexpr std::uint32_t kWindow = 0x10;
     static constexpr Ticks kUpdateCycles = 5;  // RM0440, IWDG_SR
     static constexpr Ticks kTicksPerCycle = kTicksPerSecond / 32'000;
+
+    void apply(std::uint32_t offset, std::uint32_t value) override {
+        if (offset == kKey) {
+            take_key(value);
+            return;
+        }
+        if (!unlocked_) {
+            throw RunFailure("PR, RLR or WINR is written without the key 0x5555");
+        }
+        Event& update = offset == kPrescaler ? prescaler_ : offset == kReload ? reload_ : window_;
+        if (update.is_due()) {
+            throw RunFailure("PR, RLR or WINR is written again before its last update has finished");
+        }
+        update.in(kUpdateCycles * kTicksPerCycle);
+        registers_.at(offset) = value;
+        if (offset == kWindow && runs()) {  // also reloads the counter
+            expires_.in(period());
+        }
+    }
     [[nodiscard]] Ticks step() const { return (Ticks{4} << std::min(registers_[kPrescaler] & 7U, 6U)) * kTicksPerCycle; }
     [[nodiscard]] Ticks period() const { return (Ticks{registers_[kReload]} + 1) * step(); }
     [[nodiscard]] Ticks count() const { return (expires_.when() - events_.now()) / step(); }
@@ -79,11 +83,6 @@ private:
         }
     }
 
-    RegisterFile<5> registers_{{kKey, 0, "KR", kAllBits},
-                               {kPrescaler, 0, "PR", 0x7},
-                               {kReload, 0xFFF, "RLR", 0xFFF},
-                               {kStatus, 0, "SR", kAllBits},
-                               {kWindow, 0xFFF, "WINR", 0xFFF}};
     const Events& events_;
     std::function<void()> on_expired_;
     Event expires_;

@@ -1,25 +1,25 @@
 // Operational amplifiers 1-6 (RM0440 section 25) as programmable gain amplifiers.
 #pragma once
 
-#include "sim/virtual_board/peripherals/stored_registers.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
-class Opamp final : public StoredPeripheral<12> {
+class Opamp final : public RegisterPeripheral {
 public:
     Opamp()
-        : StoredPeripheral({{0x00, 0, "OPAMP1_CSR", kControl, kOthers},
-                            {0x04, 0, "OPAMP2_CSR", kControl, kOthers},
-                            {0x08, 0, "OPAMP3_CSR", kControl, kOthers},
-                            {0x0C, 0, "OPAMP4_CSR", kControl, kOthers},
-                            {0x10, 0, "OPAMP5_CSR", kControl, kOthers},
-                            {0x14, 0, "OPAMP6_CSR", kControl, kOthers},
-                            {0x18, 0, "OPAMP1_TCMR", 0, kTimed},
-                            {0x1C, 0, "OPAMP2_TCMR", 0, kTimed},
-                            {0x20, 0, "OPAMP3_TCMR", 0, kTimed},
-                            {0x24, 0, "OPAMP4_TCMR", 0, kTimed},
-                            {0x28, 0, "OPAMP5_TCMR", 0, kTimed},
-                            {0x2C, 0, "OPAMP6_TCMR", 0, kTimed}}) {}
+        : RegisterPeripheral({{0x00, 0, "OPAMP1_CSR", kControl, kOthers},
+                              {0x04, 0, "OPAMP2_CSR", kControl, kOthers},
+                              {0x08, 0, "OPAMP3_CSR", kControl, kOthers},
+                              {0x0C, 0, "OPAMP4_CSR", kControl, kOthers},
+                              {0x10, 0, "OPAMP5_CSR", kControl, kOthers},
+                              {0x14, 0, "OPAMP6_CSR", kControl, kOthers},
+                              {0x18, 0, "OPAMP1_TCMR", 0, kTimed},
+                              {0x1C, 0, "OPAMP2_TCMR", 0, kTimed},
+                              {0x20, 0, "OPAMP3_TCMR", 0, kTimed},
+                              {0x24, 0, "OPAMP4_TCMR", 0, kTimed},
+                              {0x28, 0, "OPAMP5_TCMR", 0, kTimed},
+                              {0x2C, 0, "OPAMP6_TCMR", 0, kTimed}}) {}
 
     /// Signal source of an op-amp.
     enum class Input { pin, dac };  // VINP0; the on-chip DAC of this op-amp

@@ -16,14 +16,14 @@ constexpr std::uint32_t kFlags = 0x11F;
 }  // namespace pwr
 
 Pwr::Pwr(Machine& machine)
-    : registers_{{kCr1, 0x200, "CR1", 0x4707},
-                 {0x04, 0, "CR2", 0x1F, "PVME1@4 PVME2@5 PVME3@6 PVME4@7"},
-                 {kCr3, 0x8000, "CR3", 0xE01F, "RRS@8 APC@10"},
-                 {pwr::kCr4, 0, "CR4", 0x1F, "VBE@8 VBRS@9"},
-                 {pwr::kSr1, 0, "SR1", kAllBits},
-                 {pwr::kSr2, 0, "SR2", kAllBits},
-                 {pwr::kScr, 0, "SCR", kAllBits},
-                 {kCr5, 0x100, "CR5", 0x100}},
+    : RegisterPeripheral({{kCr1, 0x200, "CR1", 0x4707},
+                          {0x04, 0, "CR2", 0x1F, "PVME1@4 PVME2@5 PVME3@6 PVME4@7"},
+                          {kCr3, 0x8000, "CR3", 0xE01F, "RRS@8 APC@10"},
+                          {pwr::kCr4, 0, "CR4", 0x1F, "VBE@8 VBRS@9"},
+                          {pwr::kSr1, 0, "SR1", kAllBits},
+                          {pwr::kSr2, 0, "SR2", kAllBits},
+                          {pwr::kScr, 0, "SCR", kAllBits},
+                          {kCr5, 0x100, "CR5", 0x100}}),
       settled_(machine.events, [] {}) {}
 
 Pwr::Range Pwr::range() const {
@@ -65,8 +65,7 @@ std::uint32_t Pwr::read(std::uint32_t offset) {
     }
 }
 
-void Pwr::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Pwr::apply(std::uint32_t offset, std::uint32_t value) {
     if (offset == pwr::kScr) {
         status_ &= ~(value & pwr::kFlags);
         return;

@@ -4,19 +4,17 @@
 #include <functional>
 
 #include "sim/virtual_board/machine/machine.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
-class Pwr final : public Peripheral {
+class Pwr final : public RegisterPeripheral {
 public:
     explicit Pwr(Machine& machine);
 
-    /// Frequency limits of the core voltage.
+    /// Frequency limits of the core voltage, `boost` after the regulator has settled.
     enum class Range : std::uint8_t { boost, normal, low, low_power_run };
     [[nodiscard]] Range range() const;
-    /// True after the regulator has settled.
-    [[nodiscard]] bool is_boosted() const { return range() == Range::boost; }
     /// True if the dead-battery pull-downs (USB-C) on PB4 and PB6 are off.
     [[nodiscard]] bool dead_battery_disabled() const { return is_set(registers_[kCr3], 14); }
     [[nodiscard]] bool backup_is_writable() const { return is_set(registers_[kCr1], 8); }
@@ -37,18 +35,16 @@ public:
     void set_standby_flag() { status_ |= 1U << kStandbyFlag; }
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     static constexpr std::uint32_t kCr1 = 0x00;
     static constexpr std::uint32_t kCr3 = 0x08;
     static constexpr std::uint32_t kCr5 = 0x80;
     static constexpr unsigned kWakePins = 5;
     static constexpr unsigned kStandbyFlag = 8;
 
-    RegisterFile<33> registers_;
     Event settled_;
     std::uint32_t status_ = 0;  // SR1
     std::uint32_t pins_ = 0;

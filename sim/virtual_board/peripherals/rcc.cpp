@@ -53,8 +53,8 @@ enum Source : std::uint32_t { from_hsi = 1, from_hse = 2, from_pll = 3 };
 }  // namespace
 
 Rcc::Rcc(Machine& machine)
-    : machine_(machine),
-      registers_(rcc_registers()),
+    : RegisterPeripheral(rcc_registers()),
+      machine_(machine),
       crystal_ready_(machine.events, [this] { become_ready(rcc::kCr, rcc::kHseReady, 4); }),
       pll_ready_(machine.events, [this] { become_ready(rcc::kCr, rcc::kPllReady, 5); }),
       hsi48_ready_(machine.events, [this] { become_ready(rcc::kCrrcr, 1, 10); }),
@@ -337,8 +337,7 @@ std::uint32_t Rcc::read(std::uint32_t offset) {
     }
 }
 
-void Rcc::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Rcc::apply(std::uint32_t offset, std::uint32_t value) {
     if (offset >= rcc::kFirstReset && offset <= rcc::kLastReset && registers_.has(offset)) {
         reset_peripherals(offset, value);
         return;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sim/virtual_board/machine/machine.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
@@ -14,7 +14,7 @@ enum class ResetCause : std::uint8_t { pin = 26, power = 27, software = 28, watc
 /// Buses of the slower peripherals, with dividers.
 enum class Apb : std::uint8_t { one, two };
 
-class Rcc final : public Peripheral {
+class Rcc final : public RegisterPeripheral {
 public:
     explicit Rcc(Machine& machine);
 
@@ -51,8 +51,6 @@ public:
     void leave_stop();
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
     static constexpr std::uint32_t kAhb1 = 0x48;
@@ -62,6 +60,7 @@ public:
     static constexpr std::uint32_t kApb2 = 0x60;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     static constexpr std::uint32_t kCfgr = 0x08;
     static constexpr std::uint32_t kCcipr = 0x88;
     static constexpr std::uint32_t kCsr = 0x94;
@@ -82,7 +81,6 @@ private:
     void apply();
 
     Machine& machine_;
-    RegisterFile<40> registers_;
     Event crystal_ready_;
     Event pll_ready_;
     Event hsi48_ready_;

@@ -5,15 +5,16 @@
 #include <random>
 
 #include "sim/virtual_board/machine/machine.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
-class Rng final : public Peripheral {
+class Rng final : public RegisterPeripheral {
 public:
     /// `has_clock`: the clock that CCIPR.CLK48SEL selects.
     Rng(Machine& machine, InterruptLine interrupt, std::function<bool()> has_clock)
-        : machine_(machine),
+        : RegisterPeripheral({{kControl, 0, "CR", 0x2C}, {kStatus, 0, "SR", kAllBits}, {kData, 0, "DR", kAllBits}}),
+          machine_(machine),
           interrupt_(interrupt),
           has_clock_(std::move(has_clock)),
           ready_(machine.events, [this] { finish(); }) {}
@@ -27,16 +28,6 @@ public:
         start();
         return static_cast<std::uint32_t>(random_());
     }
-    void write(std::uint32_t offset, std::uint32_t value) override {
-        registers_.check(offset, value);
-        if (offset == kData) {
-            throw RunFailure("DR is read-only");
-        }
-        registers_.at(offset) = value;
-        start();
-        show_interrupt();
-    }
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override {
         registers_.reset();
         ready_.cancel();
@@ -49,6 +40,15 @@ private:
     static constexpr std::uint32_t kStatus = 0x04;
     static constexpr std::uint32_t kData = 0x08;
     static constexpr double kNumberS = 412.0 / 48e6;  // of four words, RM0440
+
+    void apply(std::uint32_t offset, std::uint32_t value) override {
+        if (offset == kData) {
+            throw RunFailure("DR is read-only");
+        }
+        registers_.at(offset) = value;
+        start();
+        show_interrupt();
+    }
 
     void start() {
         if (!is_set(registers_[kControl], 2)) {
@@ -69,7 +69,6 @@ private:
     Machine& machine_;
     InterruptLine interrupt_;
     std::function<bool()> has_clock_;
-    RegisterFile<3> registers_{{kControl, 0, "CR", 0x2C}, {kStatus, 0, "SR", kAllBits}, {kData, 0, "DR", kAllBits}};
     Event ready_;
     std::mt19937 random_;
     bool has_number_ = false;

@@ -75,11 +75,11 @@ std::vector<Register> Timer::list(const TimerParams& params) {
 }
 
 Timer::Timer(Machine& machine, Dma& dma, TimerParams params)
-    : machine_(machine),
+    : RegisterPeripheral(list(params)),
+      machine_(machine),
       dma_(dma),
       params_(std::move(params)),
       max_count_(params_.bits == 32 ? 0xFFFFFFFFU : 0xFFFFU),
-      registers_(list(params_)),
       overflow_(machine.events, [this] { overflow(); }),
       match_(machine.events, [this] { settle(); }) {
     reset();
@@ -277,8 +277,7 @@ void Timer::generate(std::uint32_t value) {
     }
 }
 
-void Timer::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Timer::apply(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
         case timer::kCr1: {
             settle();

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "sim/virtual_board/machine/machine.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 #include "sim/virtual_board/peripherals/dma.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
@@ -24,7 +24,7 @@ struct TimerParams {
     std::function<Ticks()> clock;             // ticks per cycle of the timer clock
 };
 
-class Timer final : public Peripheral {
+class Timer final : public RegisterPeripheral {
 public:
     Timer(Machine& machine, Dma& dma, TimerParams params);
 
@@ -37,12 +37,11 @@ public:
     void clock_changed();
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     static constexpr unsigned kMaxChannels = 4;
     static std::vector<Register> list(const TimerParams& params);
 
@@ -70,7 +69,6 @@ private:
     Dma& dma_;
     TimerParams params_;
     std::uint32_t max_count_;
-    RegisterFile<32> registers_;
     Event overflow_;
     Event match_;
     Ticks clock_ = 1;

@@ -81,10 +81,10 @@ std::vector<Register> usart_registers() {
 }  // namespace
 
 Usart::Usart(Machine& machine, Dma& dma, UsartParams params)
-    : machine_(machine),
+    : RegisterPeripheral(usart_registers()),
+      machine_(machine),
       dma_(dma),
       params_(std::move(params)),
-      registers_(usart_registers()),
       sent_(machine.events, [this] { sent(); }),
       idle_(machine.events, [this] {
           idle_flag_ = true;
@@ -306,8 +306,7 @@ void Usart::clear_flags(std::uint32_t value) {
     wake_up_ = wake_up_ && !is_set(value, usart::kWakeUp);
 }
 
-void Usart::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Usart::apply(std::uint32_t offset, std::uint32_t value) {
     const bool set_up = offset == usart::kCr2 || offset == usart::kBrr || offset == usart::kPresc;
     if (set_up && value != registers_.at(offset) && is_set(registers_[usart::kCr1], usart::kEnable)) {
         throw RunFailure("CR2, BRR or PRESC is written while the USART is on");

@@ -5,8 +5,8 @@
 #include <functional>
 
 #include "sim/virtual_board/machine/machine.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 #include "sim/virtual_board/peripherals/dma.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
@@ -19,7 +19,7 @@ struct UsartParams {
     std::function<void()> check_pins;  // throws RunFailure if no transmit pin is configured
 };
 
-class Usart final : public Peripheral {
+class Usart final : public RegisterPeripheral {
 public:
     Usart(Machine& machine, Dma& dma, UsartParams params);
 
@@ -33,12 +33,11 @@ public:
     [[nodiscard]] bool listens() const;
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     static constexpr std::size_t kFifo = 8;
     struct Received {
         std::uint32_t word;
@@ -64,7 +63,6 @@ private:
     Machine& machine_;
     Dma& dma_;
     UsartParams params_;
-    RegisterFile<12> registers_;
     Event sent_;
     Event idle_;                         // the line has been idle for one frame
     std::deque<std::uint8_t> outgoing_;  // front: the byte in the shift register, if sent_ is scheduled

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 namespace tricoil::virtual_board {
 namespace usb {
 
@@ -78,16 +76,16 @@ void Usb::PacketMemory::write_narrow(std::uint32_t offset, std::uint32_t value, 
 }
 
 Usb::Usb(Machine& machine, int interrupt, std::function<bool()> has_clock)
-    : machine_(machine),
+    : RegisterPeripheral({{usb::kCntr, 3, "CNTR", 0xFF5F, "L1RESUME@5 L1REQM@7"},
+                          {usb::kIstr, 0, "ISTR", kAllBits},
+                          {usb::kFnr, 0, "FNR", kAllBits},
+                          {usb::kDaddr, 0, "DADDR", 0xFF},
+                          {usb::kBtable, 0, "BTABLE", 0xFFFF},
+                          {0x54, 0, "LPMCSR", 0, "LPMEN@0 LPMACK@1"},
+                          {usb::kBcdr, 0, "BCDR", 0x8000, "BCDEN@0 DCDEN@1 PDEN@2 SDEN@3"}}),
+      machine_(machine),
       interrupt_(interrupt),
-      has_clock_(std::move(has_clock)),
-      registers_{{usb::kCntr, 3, "CNTR", 0xFF5F, "L1RESUME@5 L1REQM@7"},
-                 {usb::kIstr, 0, "ISTR", kAllBits},
-                 {usb::kFnr, 0, "FNR", kAllBits},
-                 {usb::kDaddr, 0, "DADDR", 0xFF},
-                 {usb::kBtable, 0, "BTABLE", 0xFFFF},
-                 {0x54, 0, "LPMCSR", 0, "LPMEN@0 LPMACK@1"},
-                 {usb::kBcdr, 0, "BCDR", 0x8000, "BCDEN@0 DCDEN@1 PDEN@2 SDEN@3"}} {}
+      has_clock_(std::move(has_clock)) {}
 
 bool Usb::is_attached() const {
     return is_set(registers_[usb::kBcdr], kPullUp) && !is_set(registers_[usb::kCntr], kPowerDown) &&
@@ -227,8 +225,7 @@ std::uint32_t Usb::read(std::uint32_t offset) {
     return offset == usb::kIstr ? status() : registers_.at(offset);
 }
 
-void Usb::write(std::uint32_t offset, std::uint32_t value) {
-    registers_.check(offset, value);
+void Usb::apply(std::uint32_t offset, std::uint32_t value) {
     if (offset < 4 * kEndpoints) {
         std::uint16_t& endpoint = endpoints_[offset / 4];
         const auto written = static_cast<std::uint16_t>(value);

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "sim/virtual_board/machine/machine.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
 enum class Handshake : std::uint8_t { ack, nak, stall, none };
 
-class Usb final : public Peripheral {
+class Usb final : public RegisterPeripheral {
 public:
     static constexpr unsigned kEndpoints = 8;
     static constexpr std::size_t kPacket = 64;
@@ -35,12 +35,11 @@ public:
     Handshake in(std::uint8_t address, unsigned endpoint, bool& toggle, std::vector<std::uint8_t>& data);
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     class PacketMemory final : public Peripheral {
     public:
         static constexpr std::uint32_t kBytes = 1024;
@@ -65,7 +64,6 @@ private:
     std::function<bool()> has_clock_;
     PacketMemory memory_;
     std::array<std::uint16_t, kEndpoints> endpoints_{};
-    RegisterFile<23> registers_;
     std::uint32_t events_ = 0;  // flags of ISTR, except CTR
 };
 

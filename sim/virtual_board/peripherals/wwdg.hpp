@@ -4,14 +4,15 @@
 #include <functional>
 
 #include "sim/virtual_board/machine/machine.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
 
-class Wwdg final : public Peripheral {
+class Wwdg final : public RegisterPeripheral {
 public:
     Wwdg(Machine& machine, InterruptLine interrupt, std::function<Ticks()> clock, std::function<void()> on_expired)
-        : machine_(machine),
+        : RegisterPeripheral({{kControl, kTop, "CR", 0xFF}, {kConfiguration, kTop, "CFR", 0x3A7F}, {kStatus, 0, "SR", kAllBits}}),
+          machine_(machine),
           interrupt_(interrupt),
           clock_(std::move(clock)),
           on_expired_(std::move(on_expired)),
@@ -20,21 +21,6 @@ public:
     std::uint32_t read(std::uint32_t offset) override {
         return offset == kControl ? flag(step_.is_due(), 7) | count_ : registers_.at(offset);
     }
-    void write(std::uint32_t offset, std::uint32_t value) override {
-        registers_.check(offset, value);
-        switch (offset) {
-            case kControl:
-                refresh(value);
-                break;
-            case kStatus:
-                registers_.at(kStatus) &= value;
-                break;
-            default:
-                registers_.at(offset) = value | (registers_[offset] & 1U << kEarlyWakeUp);  // EWI stays until a reset
-        }
-        show_interrupt();
-    }
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override {
         registers_.reset();
         step_.cancel();
@@ -49,6 +35,20 @@ private:
     static constexpr unsigned kEarlyWakeUp = 9;
     static constexpr std::uint32_t kTop = 0x7F;
     static constexpr std::uint32_t kLast = 0x40;  // below it the watchdog resets
+
+    void apply(std::uint32_t offset, std::uint32_t value) override {
+        switch (offset) {
+            case kControl:
+                refresh(value);
+                break;
+            case kStatus:
+                registers_.at(kStatus) &= value;
+                break;
+            default:
+                registers_.at(offset) = value | (registers_[offset] & 1U << kEarlyWakeUp);  // EWI stays until a reset
+        }
+        show_interrupt();
+    }
 
     [[nodiscard]] Ticks period() const { return clock_() * Ticks{4096} << field(registers_[kConfiguration], 11, 3); }
     void refresh(std::uint32_t value) {
@@ -82,7 +82,6 @@ private:
     InterruptLine interrupt_;
     std::function<Ticks()> clock_;
     std::function<void()> on_expired_;
-    RegisterFile<3> registers_{{kControl, kTop, "CR", 0xFF}, {kConfiguration, kTop, "CFR", 0x3A7F}, {kStatus, 0, "SR", kAllBits}};
     Event step_;
     std::uint32_t count_ = kTop;
 };
