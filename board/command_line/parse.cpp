@@ -9,7 +9,6 @@
 #include "board/command_line/usage_error.hpp"
 #include "board/command_line/word_walk.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/terminal_size.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {

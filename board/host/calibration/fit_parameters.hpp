@@ -1,7 +1,7 @@
 // Vector of the parameters that a calibration estimates, without redundancy.
 #pragma once
 
-#include "board/support/stage_errors.hpp"
+#include "board/support/calibration_file.hpp"
 #include "core/field/general_dipole.hpp"
 
 namespace tricoil::host {

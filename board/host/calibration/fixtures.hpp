@@ -2,8 +2,7 @@
 #pragma once
 
 #include "board/host/calibration/pose_set.hpp"
-#include "board/support/rigid.hpp"
-#include "board/support/stage_errors.hpp"
+#include "board/support/calibration_file.hpp"
 #include "core/linear/matrix.hpp"
 #include "core/solver/refine.hpp"
 

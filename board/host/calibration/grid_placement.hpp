@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "board/host/calibration/frame_file.hpp"
-#include "board/support/rigid.hpp"
+#include "board/support/calibration_file.hpp"
 #include "core/solver/refine.hpp"
 
 namespace tricoil::host {

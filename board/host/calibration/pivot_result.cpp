@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "board/support/json_rows.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/tool_tip.hpp"
 #include "board/support/whole_file.hpp"
 

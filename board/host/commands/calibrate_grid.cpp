@@ -3,7 +3,7 @@
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/host/commands/fitted_parameters.hpp"
-#include "board/support/json_rows.hpp"
+#include "board/support/json_text.hpp"
 
 namespace tricoil::host {
 namespace {

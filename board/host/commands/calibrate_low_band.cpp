@@ -10,7 +10,7 @@
 #include "board/record/recording.hpp"
 #include "board/record/two_band_frame.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/json_rows.hpp"
+#include "board/support/json_text.hpp"
 #include "core/calibration/coil_correction.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/tracking/tracker_params.hpp"

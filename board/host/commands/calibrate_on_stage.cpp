@@ -8,7 +8,7 @@
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/host/commands/fitted_parameters.hpp"
-#include "board/support/json_rows.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/progress.hpp"
 
 namespace tricoil::host {

@@ -6,7 +6,7 @@
 #include "board/host/calibration/surroundings_calibration.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/json_rows.hpp"
+#include "board/support/json_text.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -16,7 +16,6 @@
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
-#include "board/support/terminal_size.hpp"
 #include "board/support/terminal_text.hpp"
 
 extern char** environ;

@@ -4,7 +4,6 @@
 #include "board/host/commands/option_values.hpp"
 #include "board/host/commands/run_command.hpp"
 #include "board/host/commands/stage_options.hpp"
-#include "board/support/multiplexing_names.hpp"
 #include "board/support/tracker_choice.hpp"
 
 namespace tricoil::host {

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "board/command_line/option_words.hpp"
-#include "board/support/shell_word.hpp"
 
 namespace tricoil::host {
 namespace {
