@@ -13,7 +13,7 @@
 #include "board/linux/text_source.hpp"
 #include "board/pose_text/flag_names.hpp"
 #include "board/pose_text/pose_stages.hpp"
-#include "board/pose_text/pose_utc.hpp"
+#include "board/pose_text/served_pose.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"

@@ -6,7 +6,6 @@
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/commands/calibrations.hpp"
-#include "board/host/commands/fitted_parameters.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/progress.hpp"

@@ -7,7 +7,6 @@
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/calibrations.hpp"
-#include "board/host/commands/fitted_parameters.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/progress.hpp"
 

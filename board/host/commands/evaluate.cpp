@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -12,7 +13,7 @@
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/commands.hpp"
-#include "board/host/commands/evaluate_dynamic.hpp"
+#include "board/host/dynamic/dynamic_report.hpp"
 #include "board/host/figures/gnuplot.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
@@ -159,10 +160,53 @@ std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile&
     return "from " + command.stage_from;
 }
 
+constexpr const char* kDynamicCsv = "dynamic_errors.csv";
+
+Picture dynamic_picture() {
+    const std::string dots = "points pt 7 ps 0.25 lc rgb '#cc0000'";
+    Picture picture;
+    picture.file = "dynamic_errors.svg";
+    picture.panels = {{"Position error against speed",
+                       "Speed (m/s)",
+                       "Error (mm)",
+                       {{kDynamicCsv, "speed_m_s", "(column('position_error_mm'))", "", dots}},
+                       ""},
+                      {"Position error against acceleration",
+                       "Acceleration (m/s^2)",
+                       "Error (mm)",
+                       {{kDynamicCsv, "acceleration_m_s2", "(column('position_error_mm'))", "", dots}},
+                       ""},
+                      {"Orientation error against speed",
+                       "Speed (m/s)",
+                       "Error (deg)",
+                       {{kDynamicCsv, "speed_m_s", "(column('orientation_error_deg'))", "", dots}},
+                       ""}};
+    return picture;
+}
+
+/// Compares a recorded pose stream with a reference. Prints the report and returns the exit code.
+int evaluate_dynamic(const EvaluateCommand& command) {
+    if (command.time_offset_s && !(std::abs(*command.time_offset_s) < 1e6)) {
+        throw InputError("--time-offset must be a number of seconds");
+    }
+    const auto reference = PoseStream::read(command.data.at(0));
+    const auto tracker = PoseStream::read(command.data.at(1));
+    const auto report = dynamic_report(tracker, reference, align_streams(tracker, reference, command.time_offset_s));
+    if (!command.out.empty()) {
+        const InterruptGuard guard;
+        StagedFolder folder(command.out);
+        write_whole_file(folder.path() / kDynamicCsv, dynamic_csv(report));
+        draw(folder.path(), {dynamic_picture()}, guard);
+        folder.publish();
+    }
+    print_result(dynamic_result(report), command.json, dynamic_text);
+    return to_int(ExitCode::fine);
+}
+
 int evaluate_command(const EvaluateCommand& command) {
     check_options(command);
     if (command.dynamic) {
-        return evaluate_dynamic({command.data, command.time_offset_s, command.out, command.json});
+        return evaluate_dynamic(command);
     }
     const auto solver = static_cast<EvaluationSolver>(index_of_name("solver", command.solver, kSolvers));
     CalibrationFile calibration = read_calibration(command.calibration);

@@ -7,7 +7,6 @@
 #include <optional>
 #include <vector>
 
-#include "board/pose_text/pose_utc.hpp"
 #include "board/pose_text/served_pose.hpp"
 #include "board/support/link_health.hpp"
 #include "core/tracking/pose_estimate.hpp"

@@ -5,7 +5,7 @@
 #include "board/host/serve/json_lines/session.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/udp_service.hpp"
-#include "board/pose_text/served_pose_line.hpp"
+#include "board/pose_text/served_pose.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host::json_lines {

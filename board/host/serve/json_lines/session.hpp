@@ -4,7 +4,7 @@
 #include <span>
 
 #include "board/host/serve/stream.hpp"
-#include "board/pose_text/served_pose_line.hpp"
+#include "board/pose_text/served_pose.hpp"
 
 namespace tricoil::host::json_lines {
 

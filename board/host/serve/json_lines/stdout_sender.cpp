@@ -4,7 +4,7 @@
 
 #include <csignal>
 
-#include "board/pose_text/served_pose_line.hpp"
+#include "board/pose_text/served_pose.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host::json_lines {

@@ -6,7 +6,7 @@
 
 #include "board/host/serve/web/request_head.hpp"
 #include "board/host/serve/websocket/handshake.hpp"
-#include "board/pose_text/served_pose_line.hpp"
+#include "board/pose_text/served_pose.hpp"
 
 namespace tricoil::host::websocket {
 Session::Session(Stream& stream, const std::vector<std::string>& origins, PoseUnits units)
