@@ -14,7 +14,6 @@
 #include "board/host/serve/button_input.hpp"
 #include "board/host/serve/fastrak/fastrak_output.hpp"
 #include "board/host/serve/json_lines/json_lines_output.hpp"
-#include "board/host/serve/json_lines/stdout_sender.hpp"
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
@@ -38,7 +37,6 @@
 #endif
 #ifdef TRICOIL_WITH_WEB
 #include "board/host/serve/web/page_output.hpp"
-#include "board/host/serve/websocket/handshake.hpp"
 #include "board/host/serve/websocket/session.hpp"
 #endif
 
