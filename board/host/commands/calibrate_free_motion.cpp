@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "board/host/calibration/converter_correction.hpp"
+#include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/misfit_floor.hpp"

@@ -1,4 +1,4 @@
-#include "board/host/calibration/converter_correction.hpp"
+#include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/commands/calibrations.hpp"

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
-#include "board/host/calibration/converter_correction.hpp"
-#include "board/host/calibration/converter_fit.hpp"
+#include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
