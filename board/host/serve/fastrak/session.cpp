@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "board/host/serve/fastrak/arguments.hpp"
 #include "board/host/serve/fastrak/setting_commands.hpp"
 #include "core/base/angle_units.hpp"
 
