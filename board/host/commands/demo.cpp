@@ -59,47 +59,42 @@ void open_browser(const std::string& url) {
 /// Nothing changes if it is not a terminal.
 class KeyPress {
 public:
-    KeyPress();
-    ~KeyPress();
+    KeyPress() {
+        termios settings{};
+        if (::isatty(STDIN_FILENO) == 1 && ::tcgetattr(STDIN_FILENO, &settings) == 0) {
+            before_ = settings;
+            settings.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // Ctrl-C stays a signal
+            (void)::tcsetattr(STDIN_FILENO, TCSANOW, &settings);
+        }
+    }
+    ~KeyPress() {
+        if (before_) {
+            (void)::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
+        }
+    }
     KeyPress(const KeyPress&) = delete;
     KeyPress& operator=(const KeyPress&) = delete;
 
     /// False if standard input is not a terminal: then keys cannot be read.
     [[nodiscard]] bool possible() const { return before_.has_value(); }
+
     /// A key that was pressed since the last call, if any. Does not wait.
-    std::optional<char> take();
+    std::optional<char> take() {
+        std::optional<char> key;
+        pollfd input{STDIN_FILENO, POLLIN, 0};
+        while (before_ && ::poll(&input, 1, 0) == 1) {  // an arrow key sends several bytes: they count as one key
+            char byte = 0;
+            if (::read(STDIN_FILENO, &byte, 1) != 1) {
+                break;
+            }
+            key = key.value_or(byte);
+        }
+        return key;
+    }
 
 private:
     std::optional<termios> before_;
 };
-
-KeyPress::KeyPress() {
-    termios settings{};
-    if (::isatty(STDIN_FILENO) == 1 && ::tcgetattr(STDIN_FILENO, &settings) == 0) {
-        before_ = settings;
-        settings.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // Ctrl-C stays a signal
-        (void)::tcsetattr(STDIN_FILENO, TCSANOW, &settings);
-    }
-}
-
-KeyPress::~KeyPress() {
-    if (before_) {
-        (void)::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
-    }
-}
-
-std::optional<char> KeyPress::take() {
-    std::optional<char> key;
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    while (before_ && ::poll(&input, 1, 0) == 1) {  // an arrow key sends several bytes: they count as one key
-        char byte = 0;
-        if (::read(STDIN_FILENO, &byte, 1) != 1) {
-            break;
-        }
-        key = key.value_or(byte);
-    }
-    return key;
-}
 
 struct TourStep {
     std::string name;
@@ -255,9 +250,8 @@ void add_demo_command(CLI::App* sub, Action& action) {
     sub->add_option("--web", command->web, "Live page on [ADDRESS:]PORT; 0: any free port")
         ->check(refuse_empty)
         ->capture_default_str();
-    sub->add_option("--step", command->step_s, "Duration of a step; default: until a key is pressed, or 6 s without a terminal")
-        ->check(refuse_nonpositive_time)
-        ->type_name("SECONDS");
+    seconds(sub->add_option("--step", command->step_s,
+                            "Duration of a step; default: until a key is pressed, or 6 s without a terminal"));
     sub->add_flag("--no-browser", command->no_browser, "Do not open a browser");
     sub->add_flag("--json", command->json, "Address and result of each step as lines of JSON");
     set_examples(sub, {{"a key for each step", "tricoil demo"}, {"by itself, 10 s for each step", "tricoil demo --step 10"}});

@@ -66,26 +66,26 @@ struct ServedPage {
     ConnectionTable streams{"--web"};
 };
 
-/// Control requests: executes a request in JSON. Returns the result as text for the client; empty if the request is invalid.
-std::string execute_request(const std::string& text, TrackerControl& control, RecordingSwitch& recordings, StylusButton& button) {
+/// Executes a control request in JSON. Returns the result as text for the client; empty if the request is invalid.
+std::string execute_request(const std::string& text, ServedPage& page) {
     const nlohmann::json request = nlohmann::json::parse(text, nullptr, false);
     if (!request.is_object()) {
         return "";
     }
     if (request.contains("run") && request["run"].is_boolean()) {
-        control.set_running(request["run"].get<bool>());
-        return control.running() ? "running" : "stopped, coils off";
+        page.control.set_running(request["run"].get<bool>());
+        return page.control.running() ? "running" : "stopped, coils off";
     }
     if (request.contains("record") && request["record"].is_boolean()) {
         const auto name = request.value("name", nlohmann::json(""));
-        return name.is_string() ? recordings.record(request["record"].get<bool>(), name.get<std::string>()) : "";
+        return name.is_string() ? page.recordings.record(request["record"].get<bool>(), name.get<std::string>()) : "";
     }
     if (request.contains("button") && request["button"].is_boolean()) {
-        button.set(request["button"].get<bool>());
+        page.button.set(request["button"].get<bool>());
         return request["button"].get<bool>() ? "button pressed" : "button released";
     }
     if (request.contains("button") && request["button"] == "click") {
-        button.click();
+        page.button.click();
         return "button clicked";
     }
     if (request.contains("hemisphere") && request["hemisphere"].is_array() && request["hemisphere"].size() == 3) {
@@ -98,10 +98,10 @@ std::string execute_request(const std::string& text, TrackerControl& control, Re
         if (!towards.allFinite() || !sensor.is_number_unsigned() || sensor.get<std::uint64_t>() >= tracking::kMaxSensors) {
             return "";
         }
-        if (!control.hemisphere_refusal().empty()) {
-            return control.hemisphere_refusal();
+        if (!page.control.hemisphere_refusal().empty()) {
+            return page.control.hemisphere_refusal();
         }
-        control.set_hemisphere(sensor.get<std::uint8_t>(), towards);
+        page.control.set_hemisphere(sensor.get<std::uint8_t>(), towards);
         return "hemisphere set";
     }
     return "";
@@ -111,10 +111,31 @@ std::string execute_request(const std::string& text, TrackerControl& control, Re
 /// longer has.
 class EventStream {
 public:
-    explicit EventStream(ServedPage& page);
+    explicit EventStream(ServedPage& page)
+        : page_(page), cursor_(page.hub.cursor()), hello_(greeting(page.recordings.source())) {}
 
     /// The next event; empty if none is due: at most every 33 ms, and after 0.5 s also without a pose.
-    std::string next();
+    std::string next() {
+        const auto now = Clock::now();
+        if (now - last_ < kPeriod) {
+            return {};
+        }
+        poses_.clear();
+        page_.hub.read(cursor_, poses_);
+        silence_.check(utc_now(), poses_);
+        if (poses_.empty() && now - last_ < kIdlePeriod) {
+            return {};
+        }
+        last_ = now;
+        LinkHealth health = page_.hub.health();
+        health.counts.dropped += cursor_.missed;  // by this page
+        const std::string event = pose_event(poses_,
+                                             {page_.control.running(), page_.recordings.status(), to_text(page_.access.controls),
+                                              static_cast<int>(page_.streams.size()), utc_now(), health, page_.hub.confinement()},
+                                             hello_);
+        hello_ = nullptr;
+        return event;
+    }
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -127,36 +148,9 @@ private:
     Clock::time_point last_ = Clock::now();
 };
 
-EventStream::EventStream(ServedPage& page)
-    : page_(page), cursor_(page.hub.cursor()), hello_(greeting(page.recordings.source())) {}
-
-std::string EventStream::next() {
-    const auto now = Clock::now();
-    if (now - last_ < kPeriod) {
-        return {};
-    }
-    poses_.clear();
-    page_.hub.read(cursor_, poses_);
-    silence_.check(utc_now(), poses_);
-    if (poses_.empty() && now - last_ < kIdlePeriod) {
-        return {};
-    }
-    last_ = now;
-    LinkHealth health = page_.hub.health();
-    health.counts.dropped += cursor_.missed;  // by this page
-    const std::string event = pose_event(poses_,
-                                         {page_.control.running(), page_.recordings.status(), to_text(page_.access.controls),
-                                          static_cast<int>(page_.streams.size()), utc_now(), health, page_.hub.confinement()},
-                                         hello_);
-    hello_ = nullptr;
-    return event;
-}
-
-/// Session of one client: one request and its answer.
-///
-/// GET /: the page. GET /stream: its events. POST /control: a control request, GET /recordings and /recordings/NAME: recordings,
-/// if the access rules permit it. A request that does not name this host and port, or comes from another page, is refused (403),
-/// so that a hostile page in the same browser has no access.
+/// Session of one client: one request and its answer. GET /: the page. GET /stream: its events. POST /control: a control request,
+/// GET /recordings and /recordings/NAME: recordings, if the access rules permit it. A request that does not name this host and
+/// port, or comes from another page, is refused (403), so that a hostile page in the same browser has no access.
 class PageSession {
 public:
     static constexpr bool kSpeaksHttp = true;
@@ -164,19 +158,140 @@ public:
 
     PageSession(Stream& stream, ServedPage& page) : stream_(stream), page_(page) {}
 
-    void receive(std::span<const char> bytes);
-    void take(std::span<const ServedPose> poses);
+    void receive(std::span<const char> bytes) {
+        if (answered_) {
+            return;
+        }
+        received_.append(bytes.data(), bytes.size());
+        const auto head = read_head(received_);
+        if (!head || received_.size() < head->size + head->content) {
+            return;
+        }
+        answered_ = true;
+        takes_chunks_ = head->takes_chunks;
+        wants_head_ = head->method == "HEAD";
+        std::string text;
+        try {
+            text = answer_to(*head, received_.substr(head->size, head->content));
+        } catch (const std::exception&) {
+            text = answer(500, "internal error");
+        }
+        send(std::move(text));
+    }
+
+    void take(std::span<const ServedPose> /*poses*/) {
+        if (!answered_ || ended_) {
+            if (std::chrono::steady_clock::now() - since_ > kRequestLimit) {
+                stream_.disconnect();
+            }
+            return;
+        }
+        if (stream_.has_waiting()) {
+            return;
+        }
+        if (auto piece = next_piece()) {
+            send(std::move(*piece));
+        } else {
+            // Until the client disconnects, what it still sends is read: otherwise the system would discard what it has not yet
+            // read.
+            ended_ = true;
+            since_ = std::chrono::steady_clock::now();
+            ::shutdown(stream_.descriptor(), SHUT_WR);
+        }
+    }
+
     /// The next piece of the answer does not wait for a pose.
     [[nodiscard]] bool is_busy() const { return answered_ && !ended_ && !events_ && !stream_.has_waiting(); }
 
 private:
-    void send(std::string text);
+    /// text: complete answer, or a piece of it; empty: none yet.
+    void send(std::string text) {
+        if (text.empty()) {
+            return;
+        }
+        if (wants_head_) {
+            text.resize(text.find("\r\n\r\n") + 4);
+            events_.reset();
+            playback_.reset();
+        }
+        stream_.send(text);
+    }
+
     /// Complete answer, or its beginning; empty if a playback gives it.
-    std::string answer_to(const RequestHead& head, const std::string& content);
-    std::string page_or_stream(const RequestHead& head);
-    std::string control(const RequestHead& head, const std::string& content);
-    [[nodiscard]] bool is_ours(const RequestHead& head) const;
-    std::optional<std::string> next_piece();
+    std::string answer_to(const RequestHead& head, const std::string& content) {
+        if (head.refusal != 0) {
+            return answer(head.refusal, head.reason);
+        }
+        if (!is_ours(head)) {
+            return answer(403, "request from another page, or to an unknown host name; to permit a name, use --allow-host NAME");
+        }
+        const bool is_permitted = page_.access.permits(head.field("authorization"));
+        if (head.method == "POST") {
+            if (head.path != "/control") {
+                return answer(404, "there is no such page");
+            }
+            return is_permitted ? control(head, content) : refuse_permission(page_.access, "controls");
+        }
+        const bool is_list = head.path == kRecordings;
+        if (!is_list && !head.path.starts_with(kRecording)) {
+            return page_or_stream(head);
+        }
+        if (!is_permitted) {
+            return refuse_permission(page_.access, "recordings");
+        }
+        const std::string& folder = page_.recordings.folder();
+        if (!is_list) {
+            playback_ = std::make_unique<Playback>(folder, head.path.substr(kRecording.size()), takes_chunks_);
+            return {};
+        }
+        const nlohmann::json list{{"recordings", RecordingLibrary(folder).list()}};
+        return whole_answer(200, "application/json", list.dump());
+    }
+
+    std::string page_or_stream(const RequestHead& head) {
+        if (head.path == "/") {
+            return whole_answer(200, "text/html", kPage, kPageFields);
+        }
+        if (head.path != "/stream") {
+            return answer(404, "there is no such page");
+        }
+        auto place = page_.streams.enter(stream_.descriptor());
+        if (!place) {
+            return answer(503, "too many pages are open");
+        }
+        stream_.hold(std::move(place));
+        events_.emplace(page_);
+        return head_of_pieces("text/event-stream", takes_chunks_);
+    }
+
+    std::string control(const RequestHead& head, const std::string& content) {
+        // Pages of other origins need permission (CORS) to send this type.
+        if (head.field("content-type") != "application/json") {
+            return answer(415, "the request must be JSON (Content-Type: application/json)");
+        }
+        const std::string done = execute_request(content, page_);
+        return done.empty() ? answer(400, "unknown request") : answer(200, done);
+    }
+
+    [[nodiscard]] bool is_ours(const RequestHead& head) const {
+        const std::string host = head.field("host");
+        const std::string origin = head.field("origin");
+        const bool may_be_linked = head.path == "/";  // a link on another page may lead to the live page
+        return is_own_name(host, page_.address, page_.port, page_.access.names) &&
+               (may_be_linked || !head.is_from_other_page()) && (origin.empty() || origin == "http://" + host);
+    }
+
+    /// Next piece of the answer; empty: not now; nullopt: the answer is complete.
+    std::optional<std::string> next_piece() {
+        if (playback_) {
+            return playback_->next();
+        }
+        if (!events_) {
+            return std::nullopt;
+        }
+        const std::string event = events_->next();
+        return event.empty() ? event : as_piece(event, takes_chunks_);
+    }
 
     Stream& stream_;
     ServedPage& page_;
@@ -189,135 +304,6 @@ private:
     std::optional<EventStream> events_;
     std::unique_ptr<Playback> playback_;
 };
-
-void PageSession::receive(std::span<const char> bytes) {
-    if (answered_) {
-        return;
-    }
-    received_.append(bytes.data(), bytes.size());
-    const auto head = read_head(received_);
-    if (!head || received_.size() < head->size + head->content) {
-        return;
-    }
-    answered_ = true;
-    takes_chunks_ = head->takes_chunks;
-    wants_head_ = head->method == "HEAD";
-    std::string text;
-    try {
-        text = answer_to(*head, received_.substr(head->size, head->content));
-    } catch (const std::exception&) {
-        text = answer(500, "internal error");
-    }
-    send(std::move(text));
-}
-
-/// text: complete answer, or a piece of it; empty: none yet.
-void PageSession::send(std::string text) {
-    if (text.empty()) {
-        return;
-    }
-    if (wants_head_) {
-        text.resize(text.find("\r\n\r\n") + 4);
-        events_.reset();
-        playback_.reset();
-    }
-    stream_.send(text);
-}
-
-void PageSession::take(std::span<const ServedPose> /*poses*/) {
-    if (!answered_ || ended_) {
-        if (std::chrono::steady_clock::now() - since_ > kRequestLimit) {
-            stream_.disconnect();
-        }
-        return;
-    }
-    if (stream_.has_waiting()) {
-        return;
-    }
-    if (auto piece = next_piece()) {
-        send(std::move(*piece));
-    } else {
-        // Until the client disconnects, what it still sends is read: otherwise the system would discard what it has not yet read.
-        ended_ = true;
-        since_ = std::chrono::steady_clock::now();
-        ::shutdown(stream_.descriptor(), SHUT_WR);
-    }
-}
-
-/// Next piece of the answer; empty: not now; nullopt: the answer is complete.
-std::optional<std::string> PageSession::next_piece() {
-    if (playback_) {
-        return playback_->next();
-    }
-    if (!events_) {
-        return std::nullopt;
-    }
-    const std::string event = events_->next();
-    return event.empty() ? event : as_piece(event, takes_chunks_);
-}
-
-bool PageSession::is_ours(const RequestHead& head) const {
-    const std::string host = head.field("host");
-    const std::string origin = head.field("origin");
-    const bool may_be_linked = head.path == "/";  // a link on another page may lead to the live page
-    return is_own_name(host, page_.address, page_.port, page_.access.names) && (may_be_linked || !head.is_from_other_page()) &&
-           (origin.empty() || origin == "http://" + host);
-}
-
-std::string PageSession::answer_to(const RequestHead& head, const std::string& content) {
-    if (head.refusal != 0) {
-        return answer(head.refusal, head.reason);
-    }
-    if (!is_ours(head)) {
-        return answer(403, "request from another page, or to an unknown host name; to permit a name, use --allow-host NAME");
-    }
-    const bool is_permitted = page_.access.permits(head.field("authorization"));
-    if (head.method == "POST") {
-        if (head.path != "/control") {
-            return answer(404, "there is no such page");
-        }
-        return is_permitted ? control(head, content) : refuse_permission(page_.access, "controls");
-    }
-    const bool is_list = head.path == kRecordings;
-    if (!is_list && !head.path.starts_with(kRecording)) {
-        return page_or_stream(head);
-    }
-    if (!is_permitted) {
-        return refuse_permission(page_.access, "recordings");
-    }
-    const std::string& folder = page_.recordings.folder();
-    if (!is_list) {
-        playback_ = std::make_unique<Playback>(folder, head.path.substr(kRecording.size()), takes_chunks_);
-        return {};
-    }
-    const nlohmann::json list{{"recordings", RecordingLibrary(folder).list()}};
-    return whole_answer(200, "application/json", list.dump());
-}
-
-std::string PageSession::page_or_stream(const RequestHead& head) {
-    if (head.path == "/") {
-        return whole_answer(200, "text/html", kPage, kPageFields);
-    }
-    if (head.path != "/stream") {
-        return answer(404, "there is no such page");
-    }
-    auto place = page_.streams.enter(stream_.descriptor());
-    if (!place) {
-        return answer(503, "too many pages are open");
-    }
-    stream_.hold(std::move(place));
-    events_.emplace(page_);
-    return head_of_pieces("text/event-stream", takes_chunks_);
-}
-
-std::string PageSession::control(const RequestHead& head, const std::string& content) {
-    // Pages of other origins need permission (CORS) to send this type.
-    if (head.field("content-type") != "application/json") {
-        return answer(415, "the request must be JSON (Content-Type: application/json)");
-    }
-    const std::string done = execute_request(content, page_.control, page_.recordings, page_.button);
-    return done.empty() ? answer(400, "unknown request") : answer(200, done);
-}
 
 }  // namespace
 
@@ -341,8 +327,7 @@ Output make_output(const TcpAddress& address, Access access, const PoseHub& hub,
         "--web", address, [page](Stream& stream) { return std::make_unique<PageSession>(stream, *page); },
         StreamLimits{std::chrono::hours(24), 0, kShare}, kReplaceable);
     page->port = service->port();
-    const TcpAddress shown = address.is_any() ? TcpAddress{"localhost", ""} : address;
-    const std::string url = "http://" + shown.text(page->port) + "/";
+    const std::string url = "http://" + address.shown().text(page->port) + "/";
     const bool has_token = page->access.controls == Controls::by_token;
     return {std::move(service), url, has_token ? url + "#token=" + page->access.token : url};
 }
