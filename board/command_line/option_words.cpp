@@ -116,4 +116,10 @@ std::string shell_word(const std::string& text) {
     return word + "'";
 }
 
+const CLI::Option* find_option(const CLI::App& command, const std::string& name) {
+    const auto all =
+        command.get_options([&](const CLI::Option* option) { return option->nonpositional() && option->check_name(name); });
+    return all.empty() ? nullptr : all.front();
+}
+
 }  // namespace tricoil::host

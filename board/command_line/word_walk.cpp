@@ -174,12 +174,6 @@ const CLI::App* find_command(const CLI::App& command, const std::string& word) {
     return found == commands.end() ? nullptr : *found;
 }
 
-const CLI::Option* find_option(const CLI::App& command, const std::string& name) {
-    const auto all =
-        command.get_options([&](const CLI::Option* option) { return option->nonpositional() && option->check_name(name); });
-    return all.empty() ? nullptr : all.front();
-}
-
 class Walker {
 public:
     explicit Walker(const CLI::App& program) { walk_.command = &program; }

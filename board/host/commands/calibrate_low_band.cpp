@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "board/host/calibration/band_ratio.hpp"
-#include "board/host/calibration/motion_lag.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/record/recording.hpp"

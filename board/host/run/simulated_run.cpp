@@ -6,7 +6,6 @@
 #include "board/host/run/couplings_csv.hpp"
 #include "board/host/run/fixed_run.hpp"
 #include "board/host/run/live_view.hpp"
-#include "board/host/run/sample_recorder.hpp"
 #include "board/host/smooth/smoothing_tap.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/pose_text/served_pose.hpp"
