@@ -12,9 +12,9 @@
 #include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fit_quality.hpp"
-#include "board/host/calibration/fixture_name.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/pose_residual.hpp"
+#include "board/host/calibration/pose_set.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {

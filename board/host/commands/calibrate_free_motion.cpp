@@ -38,15 +38,6 @@ std::vector<CouplingFrame> read_couplings(const std::string& path, double column
     return couplings;
 }
 
-/// Without quadratures and levels.
-std::vector<CouplingFrame> deskewed_couplings(const std::vector<CouplingFrame>& frames, double column_skew) {
-    std::vector<CouplingFrame> couplings;
-    for (const Mat3<double>& x : deskewed(in_phase_of(frames), column_skew)) {
-        couplings.push_back({x});
-    }
-    return couplings;
-}
-
 /// Removes the few left-handed couplings that noise can cause, with a warning. Throws InputError if there are more.
 void remove_left_handed(const std::string& path, std::vector<CouplingFrame>& frames, std::vector<std::string>& warnings) {
     const std::size_t all = frames.size();
@@ -137,7 +128,7 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Calibrat
         std::vector<CouplingFrame> one = read_couplings(path, command.column_skew);
         levels += correct_converters(one, stored);
         if (command.column_skew != 0) {
-            one = deskewed_couplings(one, command.column_skew);
+            one = deskewed(one, command.column_skew);
         }
         remove_left_handed(path, one, warnings);
         return one;
