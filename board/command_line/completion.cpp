@@ -44,9 +44,7 @@ const CLI::Option* option_of_word(const CLI::App& command, const std::string& wo
     if (equals == std::string::npos || !word.starts_with("--")) {
         return nullptr;
     }
-    const auto found = command.get_options(
-        [&](const CLI::Option* option) { return option->nonpositional() && option->check_name(word.substr(0, equals)); });
-    return found.empty() ? nullptr : found.front();
+    return find_option(command, word.substr(0, equals));
 }
 
 }  // namespace

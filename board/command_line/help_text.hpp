@@ -1,11 +1,19 @@
-// Help of a command, from its table of options.
+// Help and manual pages (man) of a command, from its table of options.
 #pragma once
 
+#include <set>
 #include <string>
+#include <vector>
 
 #include "board/command_line/option_words.hpp"
 
 namespace tricoil::host {
+
+/// A section of a help or manual page: its paragraphs begin with a heading.
+struct HelpSection {
+    std::string title;
+    std::vector<Candidate> entries;
+};
 
 /// Description, usage, arguments, options in their groups, commands, examples. Lines have at most `width` columns; an example is
 /// never broken.
@@ -14,23 +22,12 @@ std::string help_text(const CLI::App& command, std::size_t width);
 /// Breaks each line of the text between words. All lines but the first are indented.
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t width);
 
-/// Words of the usage line, without options: "COMMAND", "DATA...".
-std::string usage_arguments(const CLI::App& command);
-/// "--out FILE"; "POSES" for an argument.
-std::string option_heading(const CLI::Option& option);
-/// Description, default and whether it is required.
-std::string option_meaning(const CLI::Option& option);
+/// Page of a command; of a program if it has no parent. Source text for man.
+std::string manual_page(const CLI::App& command, const std::vector<HelpSection>& further = {});
 
-/// Groups of the options or commands, in the order of their first member.
-template <typename Member>
-std::vector<std::string> groups_of(const std::vector<const Member*>& members) {
-    std::vector<std::string> groups;
-    for (const Member* member : members) {
-        if (std::find(groups.begin(), groups.end(), member->get_group()) == groups.end()) {
-            groups.push_back(member->get_group());
-        }
-    }
-    return groups;
-}
+/// Writes the pages of the program and of its commands into an existing folder: tricoil.1, tricoil-run.1, ..., but not of the
+/// commands `without`.
+void write_manual_pages(const CLI::App& program, const std::string& folder, const std::vector<HelpSection>& further = {},
+                        const std::set<std::string>& without = {});
 
 }  // namespace tricoil::host

@@ -104,4 +104,22 @@ std::vector<const CLI::Option*> arguments_of(const CLI::App& command) {
 
 std::vector<const CLI::App*> commands_of(const CLI::App& command) { return command.get_subcommands({}); }
 
+std::string shell_word(const std::string& text) {
+    constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:,+-";
+    if (!text.empty() && text.front() != '-' && text.find_first_not_of(kPlain) == std::string::npos) {
+        return text;
+    }
+    std::string word = text.starts_with('-') ? "'./" : "'";
+    for (const char c : text) {
+        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    }
+    return word + "'";
+}
+
+const CLI::Option* find_option(const CLI::App& command, const std::string& name) {
+    const auto all =
+        command.get_options([&](const CLI::Option* option) { return option->nonpositional() && option->check_name(name); });
+    return all.empty() ? nullptr : all.front();
+}
+
 }  // namespace tricoil::host

@@ -57,4 +57,10 @@ std::vector<const CLI::Option*> arguments_of(const CLI::App& command);
 /// Subcommands in the order of their definition.
 std::vector<const CLI::App*> commands_of(const CLI::App& command);
 
+/// `text` quoted as one word for the shell. A text that begins with - becomes a path, so that it is not an option.
+std::string shell_word(const std::string& text);
+
+/// The option with this name, --name or -n; null: none.
+const CLI::Option* find_option(const CLI::App& command, const std::string& name);
+
 }  // namespace tricoil::host

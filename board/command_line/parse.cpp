@@ -6,10 +6,8 @@
 
 #include "board/command_line/completion.hpp"
 #include "board/command_line/help_text.hpp"
-#include "board/command_line/usage_error.hpp"
 #include "board/command_line/word_walk.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/terminal_size.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {

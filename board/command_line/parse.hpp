@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "board/command_line/manual_page.hpp"
+#include "board/command_line/help_text.hpp"
 #include "board/command_line/option_words.hpp"
 
 namespace tricoil::host {
@@ -17,7 +17,7 @@ constexpr const char* kManualWord = "__manual";      // writes the manual pages 
 /// Texts that the table of options does not contain.
 struct CommandLineParams {
     ValueSources sources;
-    std::vector<ManualSection> manual_sections;
+    std::vector<HelpSection> manual_sections;
     std::set<std::string> without_manual = {};  // commands of other executables
 };
 

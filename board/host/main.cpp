@@ -1,5 +1,7 @@
 // main() of the executables of the `tricoil` program: runs one command, prints errors as one line.
+#include <atomic>
 #include <csignal>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <new>
@@ -8,7 +10,6 @@
 #include "board/host/build_commit.hpp"
 #include "board/host/commands/program.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/memory_reserve.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace {
@@ -38,10 +39,31 @@ int run_to_the_end(int argc, char** argv) {
     return code;
 }
 
+constexpr std::size_t kReserveBytes = std::size_t{1} << 20U;
+
+// The handler has no parameter, so its state is global.
+std::atomic<void*> reserve = nullptr;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+
+void give_back() {
+    void* const memory = reserve.exchange(nullptr);
+    if (memory == nullptr) {
+        throw std::bad_alloc();
+    }
+    std::free(memory);  // NOLINT(cppcoreguidelines-no-malloc): new would call this handler
+}
+
+/// Sets memory aside. It is released when an allocation fails for the first time. That allocation is repeated, so that the
+/// program can finish or clean up: some libraries allocate where they cannot report a failure. Later failures throw
+/// std::bad_alloc. Call it once, at the start of main().
+void set_memory_aside() {
+    reserve = std::malloc(kReserveBytes);  // NOLINT(cppcoreguidelines-no-malloc)
+    std::set_new_handler(give_back);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    tricoil::host::set_memory_aside();
+    set_memory_aside();
     try {
         return run_to_the_end(argc, argv);
     } catch (const std::invalid_argument& error) {

@@ -11,7 +11,7 @@
 #include "board/linux/link_source.hpp"
 #include "board/linux/realtime.hpp"
 #include "board/pose_text/pose_stages.hpp"
-#include "board/pose_text/pose_utc.hpp"
+#include "board/pose_text/served_pose.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"

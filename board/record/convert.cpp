@@ -7,7 +7,6 @@
 
 #include "board/pose_text/mcap/mcap_poses.hpp"
 #include "board/pose_text/pose_stages.hpp"
-#include "board/record/column_means.hpp"
 #include "board/record/rest_couplings.hpp"
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
@@ -90,16 +89,13 @@ Form rests_form(const Put& put, const Recording& recording) {
                                                    ? ": recorded with a calibration; --to rests needs a recording without one"
                                                    : ": has no couplings, because the device computed the poses"));
     }
-    const auto means = std::make_shared<ColumnMeans>(recording.folder());
-    const auto rests =
-        std::make_shared<RestFinder>(put, [means](DeviceTime from, DeviceTime to) { return means->between(from, to); });
-    return {[rests, means, last = DeviceTime{}](const Pose& pose) mutable {
+    const auto rests = std::make_shared<RestFinder>(put, recording.folder());
+    return {[rests, last = DeviceTime{}](const Pose& pose) mutable {
                 if (pose.sensor != 0) {
                     return;
                 }
                 if (pose.time < last) {  // the device started again
-                    rests->finish();
-                    means->skip_to_restart();
+                    rests->restart();
                 }
                 last = pose.time;
                 if (!pose.flags.has_any(tracking::kFaultFlags)) {

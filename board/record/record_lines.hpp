@@ -1,15 +1,36 @@
 // Writes and parses lines of a recording. Numbers are the shortest decimals that read back as the same bits.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <string>
 #include <string_view>
 
-#include "board/record/recording_format.hpp"
 #include "core/signal/column.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
+
+// A recording is a folder with a description and three line files. README.md describes it.
+constexpr const char* kRecordingFormat = "tricoil recording";
+constexpr int kRecordingVersion = 4;
+constexpr int kOldestRecordingVersion = 3;  // without gain steps and levels
+constexpr const char* kDescriptionFile = "recording.json";
+
+/// Line files.
+enum class RecordFile : std::size_t { inputs, poses, events };
+constexpr std::array<const char*, 3> kRecordFiles{"inputs.csv", "poses.csv", "events.csv"};
+
+/// Kinds of input lines. `begin`: the trackers were created again.
+constexpr std::array<const char*, 4> kInputKinds{"column", "tick", "hemisphere", "begin"};
+enum class InputKind : std::size_t { column, tick, hemisphere, begin };
+
+/// Header of each file.
+const std::array<std::string, 3>& record_headers();
+
+/// Header of the inputs in recordings without gain steps and levels, which are also read.
+std::string_view old_input_header();
 
 /// One input of a tracker.
 struct TrackerInput {

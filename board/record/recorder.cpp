@@ -112,9 +112,7 @@ void Recorder::do_begin(const Settings& settings) {
         description_["trackers"] = std::move(made);
         describe();
     }
-    TrackerInput input;
-    input.kind = InputKind::begin;
-    append(RecordFile::inputs, line_of(input));
+    append(RecordFile::inputs, line_of(TrackerInput{.kind = InputKind::begin}));
     event(0, "begin", "");
 }
 
@@ -127,27 +125,17 @@ void Recorder::begin_while_running(const Settings& settings, std::span<const Vec
 }
 
 void Recorder::do_column(const MeasuredColumn<double>& column) {
-    TrackerInput input;
-    input.column = column;
     time_us_ = to_us(column.midpoint);
-    append(RecordFile::inputs, line_of(input));
+    append(RecordFile::inputs, line_of(TrackerInput{.column = column}));
 }
 
 void Recorder::do_tick(std::uint8_t sensor, DeviceTime now) {
-    TrackerInput input;
-    input.kind = InputKind::tick;
-    input.sensor = sensor;
-    input.now = now;
     time_us_ = to_us(now);
-    append(RecordFile::inputs, line_of(input));
+    append(RecordFile::inputs, line_of(TrackerInput{.kind = InputKind::tick, .sensor = sensor, .now = now}));
 }
 
 void Recorder::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
-    TrackerInput input;
-    input.kind = InputKind::hemisphere;
-    input.sensor = sensor;
-    input.hemisphere = towards;
-    append(RecordFile::inputs, line_of(input));
+    append(RecordFile::inputs, line_of(TrackerInput{.kind = InputKind::hemisphere, .sensor = sensor, .hemisphere = towards}));
     event(sensor, "hemisphere", fmt::format("{} {} {}", towards.x(), towards.y(), towards.z()));
 }
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "board/record/journal.hpp"
-#include "board/record/recording_format.hpp"
+#include "board/record/record_lines.hpp"
 #include "board/record/tracker_settings.hpp"
 #include "core/tracking/tracker_tap.hpp"
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "board/support/errors.hpp"
-#include "board/support/multiplexing_names.hpp"
 #include "board/support/sim_input/fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "board/support/sim_input/trajectory_file.hpp"

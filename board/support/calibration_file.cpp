@@ -9,7 +9,6 @@
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
-#include "board/support/toml_text.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -5,11 +5,31 @@
 #include <string>
 #include <vector>
 
-#include "board/support/rigid.hpp"
-#include "board/support/stage_errors.hpp"
 #include "core/calibration/calibration.hpp"
 
 namespace tricoil::host {
+
+/// v_to = translation_m + rotation v_from.
+struct Rigid {
+    Mat3<double> rotation = Mat3<double>::Identity();
+    Vec3<double> translation_m = Vec3<double>::Zero();
+};
+
+// Errors of the stage that gives the true poses, and of the room around it, are not part of the tracker.
+
+/// A stage at position t with rotation R stands at t + (R turning R^T + room) t. All zero: an ideal stage.
+struct StageErrors {
+    Mat3<double> turning =
+        Mat3<double>::Zero();                  // linear in the position as it is in the turning frame: sag, guides not straight
+    Mat3<double> room = Mat3<double>::Zero();  // linear in the position in the stage's frame: scales and angles of its axes
+    Mat3<double> stray =
+        Mat3<double>::Zero();  // uniform field of the surroundings, source frame, coupling units: column per coil
+
+    [[nodiscard]] bool is_ideal() const { return turning.isZero(0) && room.isZero(0) && stray.isZero(0); }
+    [[nodiscard]] Vec3<double> position_m(const Vec3<double>& stage_m, const Mat3<double>& rotation) const {
+        return stage_m + rotation * (turning * (rotation.transpose() * stage_m)) + room * stage_m;
+    }
+};
 
 /// Metal at rest relative to the source, as one dipole (field::induced_dipole).
 struct VirtualDipole {

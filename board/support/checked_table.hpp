@@ -1,7 +1,9 @@
 // TOML table with strict checks of types, ranges and unknown keys. Messages name file, line and key.
 #pragma once
 
+#include <fmt/format.h>
 #include <toml++/toml.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <set>
@@ -61,5 +63,16 @@ private:
     const toml::table* table_;
     std::set<std::string> known_;
 };
+
+// Vectors and matrices as TOML.
+
+/// Reads back as the same bits.
+inline std::string toml_text(const Vec3<double>& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v(0), v(1), v(2)); }
+
+/// Three rows.
+inline std::string toml_text(const Mat3<double>& m) {
+    return fmt::format("[\n  {},\n  {},\n  {},\n]", toml_text(Vec3<double>(m.row(0))), toml_text(Vec3<double>(m.row(1))),
+                       toml_text(Vec3<double>(m.row(2))));
+}
 
 }  // namespace tricoil::host

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/linear/matrix.hpp"
+
 namespace tricoil::host {
 
 using Json = nlohmann::ordered_json;
@@ -16,5 +18,16 @@ std::string fill(const Json& values, std::string_view text);
 
 /// Prints a command's result as JSON, or as the text that `text_of` makes of it.
 void print_result(const Json& result, bool as_json, std::string (*text_of)(const Json& result));
+
+inline Json list_of(const Vec3<double>& v) { return {v(0), v(1), v(2)}; }
+
+/// A list of three rows.
+inline Json rows_of(const Mat3<double>& m) {
+    Json rows = Json::array();
+    for (Index i = 0; i < 3; ++i) {
+        rows.push_back({m(i, 0), m(i, 1), m(i, 2)});
+    }
+    return rows;
+}
 
 }  // namespace tricoil::host

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "board/support/terminal_size.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {

@@ -19,6 +19,8 @@ struct TcpAddress {
     [[nodiscard]] std::string text(int port_number) const;
     /// True if `host` means all addresses of this machine.
     [[nodiscard]] bool is_any() const { return host == "*" || host == "0.0.0.0" || host == "::"; }
+    /// As in a URL for a client on this machine.
+    [[nodiscard]] TcpAddress shown() const { return is_any() ? TcpAddress{"localhost", ""} : *this; }
     /// True if only this machine can reach it. A host name other than localhost counts as a network address.
     [[nodiscard]] bool is_loopback() const {
         const bool is_number = host.find_first_not_of("0123456789.") == std::string::npos;

@@ -1,16 +1,55 @@
 #include "board/support/terminal_text.hpp"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 
 #include "board/support/errors.hpp"
-#include "board/support/terminal_colour.hpp"
 
 namespace tricoil::host {
 namespace {
+
+bool is_heading(std::string_view line) {
+    const auto is_plain = [](unsigned char c) { return std::isalpha(c) != 0 || c == ' '; };
+    return line.size() > 1 && line.front() != ' ' && line.back() == ':' && std::all_of(line.begin(), line.end() - 1, is_plain);
+}
+
+/// Paints the last word if it is `word`.
+bool paint_last_word(std::string& line, std::string_view word, Colour colour) {
+    if (!line.ends_with(" " + std::string(word))) {
+        return false;
+    }
+    line = line.substr(0, line.size() - word.size()) + painted(word, colour);
+    return true;
+}
+
+bool paint_prefix(std::string& line, std::string_view prefix, Colour colour) {
+    if (!line.starts_with(prefix)) {
+        return false;
+    }
+    line = painted(prefix, colour) + line.substr(prefix.size());
+    return true;
+}
+
+std::string coloured_line(std::string line) {
+    if (is_heading(line)) {
+        return painted(line, Colour::bold);
+    }
+    if (line.starts_with("  # ")) {
+        return painted(line, Colour::dim);
+    }
+    (void)(paint_prefix(line, "warning:", Colour::yellow) || paint_prefix(line, "tricoil:", Colour::yellow) ||
+           paint_prefix(line, "Usage:", Colour::bold));
+    (void)(paint_last_word(line, "FAIL", Colour::red) || paint_last_word(line, "pass", Colour::green));
+    return line;
+}
 
 // Static, because a signal handler can access only static storage.
 volatile std::sig_atomic_t reader_gone = 0;
@@ -126,6 +165,35 @@ void end_standard_output() {
     if (!flushed || std::ferror(stdout) != 0) {
         throw DeviceError(fmt::format("standard output could not be written completely{}; is the disk full?", reason));
     }
+}
+
+bool has_colours(std::FILE* file) {
+    const char* const refused = std::getenv("NO_COLOR");
+    const char* const terminal = std::getenv("TERM");
+    const bool is_dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
+    return (refused == nullptr || *refused == '\0') && !is_dumb && ::isatty(::fileno(file)) == 1;
+}
+
+std::string painted(std::string_view text, Colour colour) {
+    constexpr int kCodes[] = {1, 2, 31, 32, 33};
+    return fmt::format("\x1b[{}m{}\x1b[0m", kCodes[static_cast<std::size_t>(colour)], text);
+}
+
+std::string coloured_by_meaning(std::string_view text) {
+    std::string out;
+    while (!text.empty()) {
+        const auto end = std::min(text.find('\n'), text.size());
+        out += coloured_line(std::string(text.substr(0, end)));
+        out += end < text.size() ? "\n" : "";
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return out;
+}
+
+std::size_t terminal_width(std::FILE* file) {
+    constexpr std::size_t kUsual = 80;
+    winsize size{};
+    return ::ioctl(::fileno(file), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
 }
 
 }  // namespace tricoil::host

@@ -77,4 +77,17 @@ bool reader_is_gone();
 /// Flushes standard output. Throws DeviceError if printed text was lost.
 void end_standard_output();
 
+enum class Colour : unsigned char { bold, dim, red, green, yellow };
+
+/// True if `file` is a terminal with colours and the user has not set NO_COLOR.
+bool has_colours(std::FILE* file);
+
+std::string painted(std::string_view text, Colour colour);
+
+/// Colours lines by their meaning: headings, remarks, warnings, and the words pass and FAIL.
+std::string coloured_by_meaning(std::string_view text);
+
+/// Columns of the terminal behind `file`; 80 if `file` is not a terminal or its width is unknown.
+std::size_t terminal_width(std::FILE* file);
+
 }  // namespace tricoil::host

@@ -6,7 +6,6 @@
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
-#include "board/support/toml_text.hpp"
 #include "core/linear/cholesky.hpp"
 #include "core/tracking/output_frame.hpp"
 

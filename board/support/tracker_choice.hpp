@@ -1,4 +1,4 @@
-// Names of the trackers for options and configuration files.
+// Names of the trackers and of the kinds of multiplexing for options and configuration files.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,6 +15,7 @@
 #include "board/support/nearest_name.hpp"
 #include "board/support/text_table.hpp"
 #include "core/fixed/tracker.hpp"
+#include "core/signal/acquisition_plan.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
@@ -144,6 +145,14 @@ inline void set_deskew(tracking::MethodParams<double>& method, bool deskew) {
 /// Enables deskew if the columns have different times.
 inline void deskew_in_turn(tracking::TrackerParams<double>& params) {
     set_deskew(params.method, params.common.max_column_span.count() > 0);
+}
+
+/// In the order of signal::Multiplexing.
+inline const std::vector<std::string> kMultiplexingNames{"tdm", "fdm", "dual-band"};
+
+/// Value of --mux. Throws InputError for an unknown name.
+inline signal::Multiplexing multiplexing_of_name(std::string_view typed) {
+    return static_cast<signal::Multiplexing>(index_of_name("--mux", typed, kMultiplexingNames));
 }
 
 }  // namespace tricoil::host

@@ -1,6 +1,5 @@
 // Errors of converters and gain steps, found from couplings at known poses. The converters are those of the virtual board: codes
 // with drawn capacitors, which know nothing of jumps.
-#include "board/host/calibration/converter_fit.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +13,7 @@
 #include <numbers>
 #include <random>
 
-#include "board/host/calibration/converter_correction.hpp"
+#include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/support/errors.hpp"
 #include "core/calibration/blob.hpp"

@@ -8,10 +8,10 @@
 
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fit_quality.hpp"
-#include "board/host/calibration/fixture_name.hpp"
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
+#include "board/host/calibration/pose_set.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/calibration/wiring.hpp"
 #include "board/support/calibration_file.hpp"
@@ -52,11 +52,11 @@ Shape shape_of(Mat3<double> m) {
 }
 
 /// Frames of a hand motion; column j is measured j * skew frame periods late.
-std::vector<Mat3<double>> hand_frames(const Mat3<double>& sensor, const Mat3<double>& source, double seconds, double rate_hz,
-                                      double snr, double skew) {
+std::vector<CouplingFrame> hand_frames(const Mat3<double>& sensor, const Mat3<double>& source, double seconds, double rate_hz,
+                                       double snr, double skew) {
     const sim::HandMotion motion({0.45, 0.1, 0.1}, 5);
     test::RandomPoses random(61);
-    std::vector<Mat3<double>> frames;
+    std::vector<CouplingFrame> frames;
     for (int k = 0; k < seconds * rate_hz; ++k) {
         Mat3<double> x;
         double strength = 0;
@@ -66,7 +66,7 @@ std::vector<Mat3<double>> hand_frames(const Mat3<double>& sensor, const Mat3<dou
             strength = ideal.norm() / std::sqrt(1.5);
             x.col(j) = (sensor.transpose() * ideal * source).col(j);
         }
-        frames.push_back(x + strength / snr * random.gaussian_matrix());
+        frames.push_back({x + strength / snr * random.gaussian_matrix()});
     }
     return frames;
 }
@@ -75,7 +75,7 @@ TEST(SelfCalibration, FindsGainsAndAnglesFromAMinuteOfHandMotionAt60Decibels) {
     test::RandomPoses random(60);
     const Mat3<double> sensor = misaligned_triad(random);
     const Mat3<double> source = misaligned_triad(random);
-    const auto found = self_calibrate(deskewed(hand_frames(sensor, source, 60, 60, 1000, 1.0 / 3), 1.0 / 3));
+    const auto found = self_calibrate(in_phase_of(deskewed(hand_frames(sensor, source, 60, 60, 1000, 1.0 / 3), 1.0 / 3)));
     double worst_gain = 0;
     double worst_angle = 0;
     for (const auto& [truth, estimate] :
@@ -94,8 +94,8 @@ TEST(SelfCalibration, FindsGainsAndAnglesFromAMinuteOfHandMotionAt60Decibels) {
 TEST(SelfCalibration, DeskewReducesTheMisfit) {
     const Mat3<double> ideal = Mat3<double>::Identity();
     const auto frames = hand_frames(ideal, ideal, 20, 240, 1e6, 1.0 / 3);
-    const auto skewed = self_calibrate(frames);
-    const auto straight = self_calibrate(deskewed(frames, 1.0 / 3));
+    const auto skewed = self_calibrate(in_phase_of(frames));
+    const auto straight = self_calibrate(in_phase_of(deskewed(frames, 1.0 / 3)));
     std::cout << "misfit of skewed columns " << skewed.misfit_after << ", deskewed " << straight.misfit_after << "\n";
     EXPECT_GT(skewed.misfit_after, 1e-3);
     EXPECT_LT(straight.misfit_after, 0.1 * skewed.misfit_after);

@@ -1,5 +1,5 @@
 // Quadrature by motion, from frames of a moving sensor.
-#include "board/host/calibration/motion_lag.hpp"
+#include "board/host/calibration/band_ratio.hpp"
 
 #include <gtest/gtest.h>
 

@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 (void)host::read_pose_file(path);
                 break;
             case 1:
-                (void)host::deskewed(host::in_phase_of(host::read_frames(path)), 1.0 / 3);
+                (void)host::deskewed(host::read_frames(path), 1.0 / 3);
                 break;
             default:
                 (void)host::read_grid(path);

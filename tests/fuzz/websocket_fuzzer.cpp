@@ -7,7 +7,6 @@
 #include <span>
 #include <string_view>
 
-#include "board/host/serve/websocket/handshake.hpp"
 #include "board/host/serve/websocket/session.hpp"
 #include "tests/fuzz/served_poses.hpp"
 

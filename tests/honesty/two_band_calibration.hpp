@@ -1,7 +1,7 @@
 // Calibration of simulated ideal coils in two bands, made from a run without metal as `calibrate low-band` does.
 #pragma once
 
-#include "board/host/calibration/motion_lag.hpp"
+#include "board/host/calibration/band_ratio.hpp"
 #include "core/base/assertion.hpp"
 #include "core/calibration/calibration.hpp"
 #include "tests/support/metal_case.hpp"

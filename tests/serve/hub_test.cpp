@@ -5,8 +5,6 @@
 
 #include <thread>
 
-#include "board/host/serve/silence_watch.hpp"
-
 namespace tricoil::host {
 namespace {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <sstream>
 
-#include "board/pose_text/served_pose_line.hpp"
+#include "board/pose_text/served_pose.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/serve/serving.hpp"
 

@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "board/host/serve/web/compact_pose.hpp"
 #include "board/host/serve/web/pose_event.hpp"
 #include "board/host/serve/web/recording_library.hpp"
 #include "board/support/errors.hpp"

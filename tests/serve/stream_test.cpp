@@ -13,7 +13,7 @@
 #include <optional>
 #include <thread>
 
-#include "board/host/serve/web/own_name.hpp"
+#include "board/host/serve/web/page_output.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/tcp_listener.hpp"
 #include "tests/serve/serving.hpp"

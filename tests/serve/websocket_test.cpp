@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "board/host/serve/websocket/handshake.hpp"
+#include "board/host/serve/websocket/session.hpp"
 #include "board/support/errors.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/serve/serving.hpp"

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "board/host/calibration/ideal_couplings.hpp"
+#include "board/host/calibration/self_calibration.hpp"
 #include "core/base/crc32.hpp"
 #include "core/calibration/coil_correction.hpp"
 #include "tests/support/random_poses.hpp"
@@ -180,7 +180,8 @@ TEST(CalibrationApply, UndoesGains) {
     const Vec3<double> p(0.3, -0.1, 0.2);
     const Mat3<double> o = geometry::attitude_matrix(geometry::Euler<double>{0.3, 0.4, -1.0});
     const Mat3<double> x = field::signal_matrix(c.model, p, o);
-    EXPECT_TRUE(host::ideal_couplings(c.model, x).isApprox(field::signal_matrix<double>(1.0, p, o), 1e-12));
+    EXPECT_TRUE(host::corrected(x, c.model.sensor_sensitivity, c.model.source_moment)
+                    .isApprox(field::signal_matrix<double>(1.0, p, o), 1e-12));
     c.output_linear.setIdentity();
     EXPECT_TRUE(CoilCorrection<double>::phases(c).corrected_position(p).isApprox(p + c.output_offset_m, 1e-12));
 }

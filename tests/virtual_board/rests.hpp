@@ -6,7 +6,7 @@
 #include <optional>
 #include <random>
 
-#include "board/host/calibration/converter_fit.hpp"
+#include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "core/calibration/blob.hpp"

@@ -12,9 +12,9 @@
 #include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fit_quality.hpp"
-#include "board/host/calibration/fixture_groups.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/pose_residual.hpp"
+#include "board/host/calibration/pose_set.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {
@@ -25,6 +25,44 @@ constexpr double kStrayField_per_m3 = 1;  // expected size of a stray field, in 
 constexpr double kScaleError = 1e-6;
 constexpr int kPriorRows = kStage + 2;
 constexpr double kNameTolerance_deg = 15;  // largest angle between a start rotation and the fixture's name
+
+std::size_t index_in(std::vector<std::string>& names, const std::string& name) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    const auto index = static_cast<std::size_t>(found - names.begin());
+    if (found == names.end()) {
+        names.push_back(name);
+    }
+    return index;
+}
+
+Mat3<double> named_rotation(const std::string& name) {
+    const auto rotation = rotation_of_fixture(name);
+    if (!rotation) {
+        throw InputError(
+            fmt::format("the name of sensor fixture '{}' gives no directions such as YoutZup; "
+                        "rename the file, or leave out --fixtures named",
+                        name));
+    }
+    return *rotation;
+}
+
+/// Files grouped by their fixtures.
+struct FixtureGroups {
+    /// Throws InputError with FixtureModel::named if the name of a sensor fixture contains no directions.
+    FixtureGroups(const std::vector<PoseFile>& files, FixtureModel model) {
+        for (const PoseFile& file : files) {
+            source_index.push_back(index_in(source_names, source_fixture_name(file)));
+            sensor_index.push_back(index_in(sensor_names, sensor_fixture_name(file)));
+        }
+        for (const std::string& name : sensor_names) {
+            named.push_back(model == FixtureModel::named ? named_rotation(name) : Mat3<double>::Identity());
+        }
+    }
+
+    std::vector<std::string> source_names, sensor_names;
+    std::vector<std::size_t> source_index, sensor_index;  // by file
+    std::vector<Mat3<double>> named;                      // rotation of each sensor fixture by its name, else identity
+};
 
 /// One fit: parameter blocks, Ceres problem and results.
 class Fit {
@@ -84,33 +122,23 @@ private:
             coupling_constant_ = guess.coupling_constant;
             start_rms_m_ = guess.position_rms_m;
             left_handed_ = guess.stage_turns_left_handed;
-            const Mat3<double>& m = guess.source;
-            const Mat3<double>& n = guess.sensor;
-            magnetic_ = {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2), n(0, 0), n(1, 1), n(0, 1), n(0, 2), n(1, 2)};
+            magnetic_ = parameters_of(guess.source, guess.sensor);
         } else if (guess.stage_turns_left_handed != left_handed_) {
             throw InputError("the stage turns in opposite directions in these files; calibrate them separately");
         }
         if (guess.stage_turns_left_handed) {
             for (std::size_t f = 0; f < files_.size(); ++f) {
                 if (fixtures_.source_index[f] == s) {
-                    std::vector<PoseFile> one{std::move(files_[f])};
-                    transpose_rotations(one);
-                    files_[f] = std::move(one[0]);
+                    transpose_rotations({&files_[f], 1});
                 }
             }
         }
-        set_translation(source_[s], guess.source_stage.translation_m);
+        source_[s] = rigid_block(guess.source_stage.translation_m);
         source_start_[s] = guess.source_stage.rotation;
         mount_start_.resize(fixtures_.sensor_names.size(), Mat3<double>::Identity());
         for (std::size_t i = 0; i < mine.size(); ++i) {
-            set_translation(fixture_[sensor[i]], guess.mount_sensor[i].translation_m);
+            fixture_[sensor[i]] = rigid_block(guess.mount_sensor[i].translation_m);
             mount_start_[sensor[i]] = guess.mount_sensor[i].rotation;
-        }
-    }
-
-    static void set_translation(RigidBlock& block, const Vec3<double>& translation_m) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            block[k] = translation_m(static_cast<Index>(k)) / kLengthUnit_m;
         }
     }
 
@@ -174,9 +202,7 @@ private:
         return {turned * rotation_of(jig_.data() + 3) * jig_start_[m], length_of(block.data()) + turned * length_of(jig_.data())};
     }
 
-    [[nodiscard]] Rigid source_of(std::size_t s) const {
-        return {rotation_of(source_[s].data() + 3) * source_start_[s], length_of(source_[s].data())};
-    }
+    [[nodiscard]] Rigid source_of(std::size_t s) const { return rigid_of(source_[s], source_start_[s]); }
 
     [[nodiscard]] solver::RigidPose<double> current_pose(std::size_t s, std::size_t m, const MeasuredPose& pose) const {
         return true_pose(source_of(s), pose, mount_of(m), stage_errors_of(stage_.data(), coupling_constant_));
@@ -307,9 +333,7 @@ private:
                     continue;
                 }
                 const auto at_pose = current_pose(fixtures_.source_index[f], fixtures_.sensor_index[f], pose);
-                const Mat3<double> o = at_pose.q_source_sensor.toRotationMatrix().transpose();
-                const Mat3<double> stray = fit.model.sensor_sensitivity.transpose() * o * fit.stage_errors.stray;
-                const Mat3<double> x = field::signal_matrix<double>(fit.model, at_pose.position_m, o) + stray;
+                const Mat3<double> x = couplings_at(fit.model, fit.stage_errors, at_pose);
                 file.squares += (x - pose.x).squaredNorm() / pose.x.squaredNorm();
                 ++file.used;
             }
@@ -322,12 +346,7 @@ private:
         ceres::CRSMatrix sparse;
         ParameterEstimate estimate;
         estimate.residuals = residuals(&sparse);
-        estimate.jacobian = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
-        for (int row = 0; row < sparse.num_rows; ++row) {
-            for (int k = sparse.rows[static_cast<std::size_t>(row)]; k < sparse.rows[static_cast<std::size_t>(row) + 1]; ++k) {
-                estimate.jacobian(row, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
-            }
-        }
+        estimate.jacobian = dense(sparse);
         estimate.outlier_limit_m = outlier_limit_m(pose_norms());
         estimate.magnetic = std::span(magnetic_).first(static_cast<std::size_t>(free_magnetic(options_.model)));
         return estimate;

@@ -1,8 +1,11 @@
 // Solving with Ceres.
 #pragma once
 
+#include <ceres/crs_matrix.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
+
+#include <Eigen/Core>
 
 #include "board/support/errors.hpp"
 
@@ -28,6 +31,16 @@ inline void solve_usably(ceres::Problem& problem, const ceres::Solver::Options& 
     if (const auto summary = summary_of(problem, options); !summary.IsSolutionUsable()) {
         throw InputError("the calibration does not converge: " + summary.message);
     }
+}
+
+inline Eigen::MatrixXd dense(const ceres::CRSMatrix& sparse) {
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+    for (int row = 0; row < sparse.num_rows; ++row) {
+        for (int at = sparse.rows[static_cast<std::size_t>(row)]; at < sparse.rows[static_cast<std::size_t>(row) + 1]; ++at) {
+            matrix(row, sparse.cols[static_cast<std::size_t>(at)]) = sparse.values[static_cast<std::size_t>(at)];
+        }
+    }
+    return matrix;
 }
 
 }  // namespace tricoil::host

@@ -9,8 +9,8 @@
 
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
-#include "board/host/calibration/ideal_couplings.hpp"
 #include "board/host/calibration/initial_guess.hpp"
+#include "board/host/calibration/self_calibration.hpp"
 #include "board/host/run/statistics.hpp"
 #include "board/support/errors.hpp"
 #include "core/calibration/coil_correction.hpp"
@@ -61,12 +61,11 @@ std::map<std::string, Vec3<double>> hemispheres_of(const CalibrationFile& calibr
 }
 
 Found solve_direct_pose(const calibration::Calibration<double>& c, const Mat3<double>& x, const std::string& place) {
-    const auto solution = solver::solve_direct<double>(ideal_couplings(c.model, x), 1.0);
+    const auto solution = solver::solve_direct<double>(corrected(x, c.model.sensor_sensitivity, c.model.source_moment), 1.0);
     if (!solution.ok()) {
         throw InputError(place + ": " + solution.status().message());
     }
-    const double side = solution->direction.dot(c.hemisphere) < 0 ? -1 : 1;
-    return {{side * solution->range_m * solution->direction, geometry::attitude_quaternion(solution->attitude)},
+    return {{position_towards(c.hemisphere, *solution), geometry::attitude_quaternion(solution->attitude)},
             solution->right_handed,
             0,
             std::sqrt(solution->misfit_squared / 1.5) / solution->strength};

@@ -1,7 +1,9 @@
 // Vector of the parameters that a calibration estimates, without redundancy.
 #pragma once
 
-#include "board/support/stage_errors.hpp"
+#include <array>
+
+#include "board/support/calibration_file.hpp"
 #include "core/field/general_dipole.hpp"
 
 namespace tricoil::host {
@@ -31,6 +33,21 @@ inline Mat3<double> symmetric_matrix(double xx, double yy, double zz, double xy,
     return m;
 }
 
+/// Of six parameters: xx, yy, zz, xy, xz, yz.
+inline Mat3<double> symmetric_matrix(const double* p) { return symmetric_matrix(p[0], p[1], p[2], p[3], p[4], p[5]); }
+
+/// Of five parameters: xx, yy, xy, xz, yz. The trace is three.
+inline Mat3<double> sensitivity_matrix(const double* p) {
+    return symmetric_matrix(p[0], p[1], 3 - p[0] - p[1], p[2], p[3], p[4]);
+}
+
+/// Parameters of coils with one centre and these gains and angles, see SelfCalibration.
+inline std::array<double, kMagnetic> parameters_of(const Mat3<double>& source, const Mat3<double>& sensor) {
+    const Mat3<double>& m = source;
+    const Mat3<double>& n = sensor;
+    return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2), n(0, 0), n(1, 1), n(0, 1), n(0, 2), n(1, 2)};
+}
+
 inline Mat3<double> offsets_with_zero_sum(const double* p) {
     Mat3<double> m;
     m.col(0) << p[0], p[1], p[2];
@@ -42,9 +59,8 @@ inline Mat3<double> offsets_with_zero_sum(const double* p) {
 /// Model of parameters `p`. `c`: coupling constant of the start, factor of the moments.
 inline field::GeneralDipole<double> model_of(const double* p, double c) {
     field::GeneralDipole<double> model;
-    model.source_moment = c * symmetric_matrix(p[0], p[1], p[2], p[3], p[4], p[5]);
-    const double* n = p + kSensitivities;
-    model.sensor_sensitivity = symmetric_matrix(n[0], n[1], 3 - n[0] - n[1], n[2], n[3], n[4]);
+    model.source_moment = c * symmetric_matrix(p);
+    model.sensor_sensitivity = sensitivity_matrix(p + kSensitivities);
     model.source_offset_m = offsets_with_zero_sum(p + kSourceOffsets);
     model.sensor_offset_m = offsets_with_zero_sum(p + kSensorOffsets);
     for (int i = 0; i < 3; ++i) {

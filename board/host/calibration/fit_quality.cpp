@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "board/host/calibration/fit_parameters.hpp"
-#include "board/host/calibration/fixture_name.hpp"
+#include "board/host/calibration/pose_set.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/angles.hpp"
 #include "sim/dense_algebra.hpp"

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "board/host/calibration/pose_set.hpp"
-#include "board/support/rigid.hpp"
-#include "board/support/stage_errors.hpp"
+#include "board/support/calibration_file.hpp"
+#include "core/field/general_dipole.hpp"
 #include "core/linear/matrix.hpp"
 #include "core/solver/refine.hpp"
 
@@ -16,6 +16,13 @@ inline solver::RigidPose<double> true_pose(const Rigid& source_stage, const Meas
         errors.position_m(pose.stage_position_m, pose.stage_rotation) + pose.stage_rotation * mount_sensor.translation_m;
     const Mat3<double> turned = source_stage.rotation * pose.stage_rotation * mount_sensor.rotation;
     return {source_stage.translation_m + source_stage.rotation * in_stage, Quat<double>(turned).normalized()};
+}
+
+/// Couplings at a true pose, with those of the stray field.
+inline Mat3<double> couplings_at(const field::GeneralDipole<double>& coils, const StageErrors& errors,
+                                 const solver::RigidPose<double>& pose) {
+    const Mat3<double> o = pose.q_source_sensor.toRotationMatrix().transpose();
+    return field::signal_matrix<double>(coils, pose.position_m, o) + coils.sensor_sensitivity.transpose() * o * errors.stray;
 }
 
 }  // namespace tricoil::host

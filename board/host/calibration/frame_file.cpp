@@ -97,8 +97,8 @@ std::vector<Mat3<double>> in_phase_of(const std::vector<CouplingFrame>& frames) 
     return x;
 }
 
-std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, double skew) {
-    std::vector<Mat3<double>> result;
+std::vector<CouplingFrame> deskewed(const std::vector<CouplingFrame>& frames, double skew) {
+    std::vector<CouplingFrame> result;
     for (std::size_t k = 2; k + 2 < frames.size(); ++k) {
         Mat3<double> x;
         for (int j = 0; j < 3; ++j) {
@@ -110,13 +110,13 @@ std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, doub
             const auto column = [&](int offset) {
                 return frames[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(k) + static_cast<std::ptrdiff_t>(shift) +
                                                        offset)]
-                    .col(j);
+                    .x.col(j);
             };
             // Cubic Lagrange interpolation with nodes at -1, 0, 1 and 2.
             x.col(j) = -s * (s - 1) * (s - 2) / 6 * column(-1) + (s + 1) * (s - 1) * (s - 2) / 2 * column(0) -
                        (s + 1) * s * (s - 2) / 2 * column(1) + (s + 1) * s * (s - 1) / 6 * column(2);
         }
-        result.push_back(x);
+        result.push_back({x});
     }
     return result;
 }

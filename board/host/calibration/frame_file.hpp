@@ -25,8 +25,8 @@ std::vector<Mat3<double>> in_phase_of(const std::vector<CouplingFrame>& frames);
 
 /// Interpolates the columns of each column frame to the time of the middle column (cubic, four column frames). Column j was
 /// measured j * skew frame periods after column 0; column frames have a constant period. The first two and the last two column
-/// frames are lost.
-std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, double skew);
+/// frames are lost, and all quadratures and levels.
+std::vector<CouplingFrame> deskewed(const std::vector<CouplingFrame>& frames, double skew);
 
 /// Couplings of a sensor on a node of a printed grid, in any attitude.
 struct GridFrame {

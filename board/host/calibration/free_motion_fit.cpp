@@ -36,9 +36,7 @@ public:
     BundleFit(const std::vector<Mat3<double>>& frames, FitModel model, const Vec3<double>& hemisphere)
         : model_(model), hemisphere_(hemisphere) {
         const SelfCalibration gains = self_calibrate(frames);
-        const Mat3<double>& m = gains.source;
-        const Mat3<double>& n = gains.sensor;
-        magnetic_ = {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2), n(0, 0), n(1, 1), n(0, 1), n(0, 2), n(1, 2)};
+        magnetic_ = parameters_of(gains.source, gains.sensor);
         ideal_ = {1, 1, 1, 0, 0, 0, 1, 1};
         for (const Mat3<double>& x : frames) {
             measured_.push_back({Vec3<double>::Zero(), Mat3<double>::Identity(), x});
@@ -110,8 +108,7 @@ private:
                                 "(tricoil calibrate wiring)",
                                 poses_.size() + 1));
             }
-            const double side = s->direction.dot(hemisphere_) < 0 ? -1 : 1;
-            poses_.push_back({side * s->range_m * s->direction, geometry::attitude_quaternion(s->attitude)});
+            poses_.push_back({position_towards(hemisphere_, *s), geometry::attitude_quaternion(s->attitude)});
             ranges.push_back(s->range_m);
         }
         const double scale = kRange_m / median(ranges);
@@ -133,16 +130,11 @@ private:
                 finite};
     }
 
-    [[nodiscard]] RigidBlock block_of(std::size_t k) const {
-        const Vec3<double> p = poses_[k].position_m / kLengthUnit_m;
-        return {p.x(), p.y(), p.z(), 0, 0, 0};
-    }
-
     void solve_once(FitModel model, double loss_m) {
         ceres::Problem problem;
         std::vector<RigidBlock> blocks;
         for (std::size_t k = 0; k < poses_.size(); ++k) {
-            blocks.push_back(block_of(k));
+            blocks.push_back(rigid_block(poses_[k].position_m));
         }
         RigidBlock no_source{};
         RigidBlock no_jig{};
@@ -214,7 +206,7 @@ private:
 
     [[nodiscard]] Linearised linearised(std::size_t k) const {
         Linearised result;
-        const RigidBlock pose = block_of(k);
+        const RigidBlock pose = rigid_block(poses_[k].position_m);
         const RigidBlock nothing{};
         const std::array<double, kStage> no_stage{};
         const std::array<const double*, 5> blocks{magnetic_.data(), nothing.data(), pose.data(), nothing.data(), no_stage.data()};

@@ -1,7 +1,6 @@
 #include "board/host/calibration/grid_calibration.hpp"
 
 #include <ceres/ceres.h>
-#include <ceres/rotation.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,56 +8,118 @@
 #include <cmath>
 
 #include "board/host/calibration/ceres_solver.hpp"
-#include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
-#include "board/host/calibration/grid_placement.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
+#include "board/host/calibration/pose_residual.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/support/errors.hpp"
-#include "core/field/concentric_dipole.hpp"
 #include "core/linear/eigen.hpp"
-#include "core/solver/direct.hpp"
 #include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {
 
+constexpr double kHandError_m = 3e-3;    // scale of the robust loss; a hand places the sensor with about this error
 constexpr double kMisfitLever_m = 0.02;  // position error with the same weight as a misfit of 100 %
 constexpr double kWorstFit = 0.1;        // RMS position error relative to the grid's extent; a larger one is refused
 
-struct Parameters {
-    std::array<double, 5> sensor{1, 1, 0, 0, 0};
-    std::array<double, 6> moment{1, 1, 1, 0, 0, 0};  // in units of the start value of C
-    std::array<double, 6> grid{};                    // translation (0.1 m), rotation vector relative to the start value
-    std::vector<std::array<double, 3>> pivot;        // by file, 0.1 m
+using PivotBlock = std::array<double, 3>;  // vector from the node to the sensor, sensor frame, units of 0.1 m
+
+/// p - (t + R node) - A pivot. p, A: position and attitude of the sensor; `node_m` is turned by the start rotation of the grid.
+Vec3<double> off_node(const Vec3<double>& position_m, const Mat3<double>& attitude, const Vec3<double>& node_m,
+                      const double* grid, const double* pivot) {
+    return position_m - length_of(grid) - rotation_of(grid + 3) * node_m - attitude * length_of(pivot);
+}
+
+/// Coils of which only the scale of all lengths is not known.
+struct ScaleResidual {
+    static constexpr int kRows = 3;
+    Vec3<double> node_m;
+    Vec3<double> position_m;
+    Mat3<double> attitude;
+
+    bool operator()(const double* scale, const double* grid, const double* pivot, double* residual) const {
+        copy_rows(off_node(*scale * position_m, attitude, node_m, grid, pivot), residual);
+        return true;
+    }
 };
 
-struct NodeResidual {
+/// Ideal triads: their gains and angles, and the coupling constant in units of its start value. Three rows of the position, nine
+/// of the misfit.
+struct TriadsResidual {
+    static constexpr int kRows = 12;
     Vec3<double> node_m;
     Mat3<double> x;
-    Mat3<double> grid_start;
     double coupling_constant;
     Vec3<double> hemisphere;
 
-    bool operator()(const double* n, const double* m, const double* grid, const double* pivot, double* residual) const {
-        const Mat3<double> sensor = symmetric_matrix(n[0], n[1], 3 - n[0] - n[1], n[2], n[3], n[4]);
-        const Mat3<double> moment = coupling_constant * symmetric_matrix(m[0], m[1], m[2], m[3], m[4], m[5]);
-        const Mat3<double> ideal = corrected(x, sensor, moment);
+    bool operator()(const double* sensor, const double* moment, const double* grid, const double* pivot, double* residual) const {
+        const Mat3<double> ideal = corrected(x, sensitivity_matrix(sensor), coupling_constant * symmetric_matrix(moment));
         const auto s = solver::solve_direct<double>(ideal, 1.0);
         if (!s.ok()) {
             return false;
         }
-        const double side = s->direction.dot(hemisphere) < 0 ? -1 : 1;
-        const Vec3<double> position = side * s->range_m * s->direction;
-        Mat3<double> turn;
-        ceres::AngleAxisToRotationMatrix(grid + 3, turn.data());
-        const Vec3<double> node = kLengthUnit_m * Vec3<double>(grid[0], grid[1], grid[2]) + turn * grid_start * node_m;
-        const Vec3<double> arm = s->attitude.transpose() * (kLengthUnit_m * Vec3<double>(pivot[0], pivot[1], pivot[2]));
-        copy_rows(position - node - arm, residual);
-        copy_rows(kMisfitLever_m * (ideal / s->strength - s->attitude * field::dipole_factor<double>(s->direction)),
-                  residual + 3);
+        copy_rows(off_node(position_towards(hemisphere, *s), s->attitude.transpose(), node_m, grid, pivot), residual);
+        copy_rows(kMisfitLever_m * misfit_of(ideal, *s), residual + 3);
         return true;
     }
+};
+
+/// Least squares with a robust loss over the place of the grid, the pivots, and further parameters.
+class GridAdjustment {
+public:
+    /// positions_m: of the column frames, with lengths in any unit.
+    GridAdjustment(const std::vector<GridFrame>& frames, double spacing_m, const Eigen::Matrix3Xd& positions_m)
+        : frames_(frames), nodes_m_(3, frames.size()) {
+        for (std::size_t k = 0; k < frames.size(); ++k) {
+            nodes_m_.col(static_cast<Index>(k)) = spacing_m * eigen(frames[k].node);
+            pivots_.resize(std::max(pivots_.size(), frames[k].file + 1));
+        }
+        start_ = fit_similarity(nodes_m_, positions_m);
+        grid_ = rigid_block(start_.translation / start_.scale);
+    }
+
+    /// The true positions are those of the start values divided by this.
+    [[nodiscard]] double start_scale() const { return start_.scale; }
+    /// Node of a column frame, turned by the start rotation.
+    [[nodiscard]] Vec3<double> node_m(std::size_t k) const {
+        return Vec3<double>(eigen(start_.rotation) * nodes_m_.col(static_cast<Index>(k)));
+    }
+
+    /// `blocks`: the parameters of the residual before grid and pivot, of these sizes.
+    template <int... Sizes, typename Residual>
+    void add(std::size_t k, const Residual& residual, auto... blocks) {
+        problem_.AddResidualBlock(
+            new ceres::NumericDiffCostFunction<Residual, ceres::CENTRAL, Residual::kRows, Sizes..., kRigid, 3>(
+                new Residual(residual)),
+            new ceres::CauchyLoss(kHandError_m), blocks..., grid_.data(), pivots_[frames_[k].file].data());
+    }
+
+    /// Residuals at the solution, without the loss; sets the place of the grid, pivots and distances.
+    std::vector<double> solve(GridCalibration& result) {
+        solve_usably(problem_);
+        std::vector<double> residuals;
+        ceres::Problem::EvaluateOptions evaluate;
+        evaluate.apply_loss_function = false;
+        problem_.Evaluate(evaluate, nullptr, &residuals, nullptr, nullptr);
+        const std::size_t rows = residuals.size() / frames_.size();
+        for (std::size_t at = 0; at < residuals.size(); at += rows) {
+            result.distances_m.push_back(Vec3<double>(residuals.data() + at).norm());
+        }
+        result.source_grid = rigid_of(grid_, start_.rotation);
+        for (const PivotBlock& pivot : pivots_) {
+            result.pivot_m.push_back(length_of(pivot.data()));
+        }
+        return residuals;
+    }
+
+private:
+    const std::vector<GridFrame>& frames_;
+    Eigen::Matrix3Xd nodes_m_;
+    Similarity start_;
+    RigidBlock grid_{};  // relative to the start rotation
+    std::vector<PivotBlock> pivots_;
+    ceres::Problem problem_;
 };
 
 /// RMS distance of the nodes from their middle, in steps. Throws InputError for nodes on one line.
@@ -73,30 +134,6 @@ double extent_of(const std::vector<GridFrame>& frames) {
         throw InputError("the grid's nodes lie on one line; place the sensor on nodes of several rows and columns");
     }
     return std::sqrt(nodes.squaredNorm() / static_cast<double>(nodes.cols()));
-}
-
-GridCalibration result_of(const Parameters& p, double c, const Similarity& start, const std::vector<double>& residuals,
-                          std::size_t frames, double misfit_before) {
-    GridCalibration result;
-    result.coils.model.sensor_sensitivity =
-        symmetric_matrix(p.sensor[0], p.sensor[1], 3 - p.sensor[0] - p.sensor[1], p.sensor[2], p.sensor[3], p.sensor[4]);
-    result.coils.model.source_moment =
-        c * symmetric_matrix(p.moment[0], p.moment[1], p.moment[2], p.moment[3], p.moment[4], p.moment[5]);
-    Mat3<double> turn;
-    ceres::AngleAxisToRotationMatrix(p.grid.data() + 3, turn.data());
-    result.source_grid = {turn * start.rotation, kLengthUnit_m * Vec3<double>(p.grid[0], p.grid[1], p.grid[2])};
-    for (const auto& pivot : p.pivot) {
-        result.pivot_m.push_back(kLengthUnit_m * Vec3<double>(pivot[0], pivot[1], pivot[2]));
-    }
-    double misfit = 0;
-    for (std::size_t at = 0; at < residuals.size(); at += 12) {
-        result.distances_m.push_back(Vec3<double>(residuals.data() + at).norm());
-        misfit += Matrix<double, 9, 1>(residuals.data() + at + 3).squaredNorm();
-    }
-    const auto count = static_cast<double>(frames);
-    result.misfit_before = misfit_before;
-    result.misfit_after = std::sqrt(misfit / count / 1.5) / kMisfitLever_m;
-    return result;
 }
 
 /// Sets RMS and standard deviation of the scale. Throws InputError if the positions do not fit the grid.
@@ -130,60 +167,56 @@ GridCalibration coils_with_positions(const std::vector<GridFrame>& frames, doubl
                                      FitModel model) {
     const auto couplings = couplings_of(frames);
     FreeMotionFit motion = fit_free_motion(couplings, model, 1, hemisphere);
-    const GridPlacement placement = place_on_grid(frames, motion.poses, spacing_m);
+    Eigen::Matrix3Xd positions(3, frames.size());
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+        positions.col(static_cast<Index>(k)) = eigen(motion.poses[k].position_m);
+    }
+    GridAdjustment grid(frames, spacing_m, positions);
+    double scale = 1 / grid.start_scale();
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+        const auto& pose = motion.poses[k];
+        grid.add<1>(k, ScaleResidual{grid.node_m(k), pose.position_m, pose.q_source_sensor.toRotationMatrix()}, &scale);
+    }
     GridCalibration result;
+    (void)grid.solve(result);
     result.misfit_before = self_calibrate(couplings).misfit_before;
     result.misfit_after = motion.coils.residual_rms;
     result.misfit_floor = misfit_floor_of(motion.misfit_shares, motion.outliers);
-    result.coils = with_scaled_lengths(std::move(motion.coils), placement.scale);
-    result.source_grid = placement.source_grid;
-    result.pivot_m = placement.pivot_m;
-    result.distances_m = placement.distances_m;
+    result.coils = with_scaled_lengths(std::move(motion.coils), scale);
     result.position_error_share = motion.position_error_share;
     result.outliers = motion.outliers;
     return result;
 }
 
 GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere) {
-    const auto couplings = couplings_of(frames);
-    const SelfCalibration gains = self_calibrate(couplings);
-    Eigen::Matrix3Xd nodes(3, frames.size());
-    Eigen::Matrix3Xd positions(3, frames.size());
+    const SelfCalibration gains = self_calibrate(couplings_of(frames));
+    Eigen::Matrix3Xd positions(3, frames.size());  // computed with C = 1
     for (std::size_t k = 0; k < frames.size(); ++k) {
         const auto s = solver::solve_direct<double>(corrected(frames[k].x, gains.sensor, gains.source), 1.0);
         if (!s.ok() || !s->right_handed) {
             throw InputError(frames[k].place + ": the couplings are left-handed or degenerate; correct the wiring");
         }
-        const double side = s->direction.dot(hemisphere) < 0 ? -1 : 1;
-        nodes.col(static_cast<Index>(k)) = spacing_m * eigen(frames[k].node);
-        positions.col(static_cast<Index>(k)) = side * s->range_m * eigen(s->direction);
+        positions.col(static_cast<Index>(k)) = eigen(position_towards(hemisphere, *s));
     }
-    const Similarity start = fit_similarity(nodes, positions);  // positions computed with C = 1
-    const double c = 1 / std::pow(start.scale, 3);
-    Parameters p;
-    const Mat3<double>& n = gains.sensor;
-    const Mat3<double>& m = gains.source;
-    p.sensor = {n(0, 0), n(1, 1), n(0, 1), n(0, 2), n(1, 2)};
-    p.moment = {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)};
-    for (std::size_t k = 0; k < 3; ++k) {
-        p.grid[k] = start.translation(static_cast<Index>(k)) / start.scale / kLengthUnit_m;
+    GridAdjustment grid(frames, spacing_m, positions);
+    const double c = 1 / std::pow(grid.start_scale(), 3);
+    auto magnetic = parameters_of(gains.source, gains.sensor);  // moments in units of the start value of C
+    double* const moment = magnetic.data();
+    double* const sensor = magnetic.data() + kSensitivities;
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+        grid.add<5, 6>(k, TriadsResidual{grid.node_m(k), frames[k].x, c, hemisphere}, sensor, moment);
     }
-    for (const GridFrame& frame : frames) {
-        p.pivot.resize(std::max(p.pivot.size(), frame.file + 1));
+    GridCalibration result;
+    double misfit = 0;
+    const std::vector<double> residuals = grid.solve(result);
+    for (std::size_t at = 0; at < residuals.size(); at += TriadsResidual::kRows) {
+        misfit += Matrix<double, 9, 1>(residuals.data() + at + 3).squaredNorm();
     }
-    ceres::Problem problem;
-    for (const GridFrame& frame : frames) {
-        problem.AddResidualBlock(new ceres::NumericDiffCostFunction<NodeResidual, ceres::CENTRAL, 12, 5, 6, 6, 3>(
-                                     new NodeResidual{spacing_m * frame.node, frame.x, start.rotation, c, hemisphere}),
-                                 new ceres::CauchyLoss(kHandError_m), p.sensor.data(), p.moment.data(), p.grid.data(),
-                                 p.pivot[frame.file].data());
-    }
-    solve_usably(problem);
-    std::vector<double> residuals;
-    ceres::Problem::EvaluateOptions evaluate;
-    evaluate.apply_loss_function = false;
-    problem.Evaluate(evaluate, nullptr, &residuals, nullptr, nullptr);
-    return result_of(p, c, start, residuals, frames.size(), gains.misfit_before);
+    result.misfit_before = gains.misfit_before;
+    result.misfit_after = std::sqrt(misfit / static_cast<double>(frames.size()) / 1.5) / kMisfitLever_m;
+    result.coils.model.sensor_sensitivity = sensitivity_matrix(sensor);
+    result.coils.model.source_moment = c * symmetric_matrix(moment);
+    return result;
 }
 
 }  // namespace

@@ -225,7 +225,7 @@ InitialGuess guess_with_gains(const std::vector<PoseFile>& files, const SelfCali
 
 }  // namespace
 
-void transpose_rotations(std::vector<PoseFile>& files) {
+void transpose_rotations(std::span<PoseFile> files) {
     for (PoseFile& file : files) {
         for (MeasuredPose& pose : file.poses) {
             pose.stage_rotation = pose.stage_rotation.transpose();

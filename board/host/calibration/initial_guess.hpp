@@ -1,6 +1,7 @@
 // Start values of a calibration: fixtures and gains in closed form from the data.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "board/host/calibration/fixtures.hpp"
@@ -21,7 +22,7 @@ struct InitialGuess {
 
 /// Transposes every stage rotation. Some stages count angles opposite to the handedness of their axes. No fixture or wiring can
 /// compensate this, so the sense that fits the couplings is correct.
-void transpose_rotations(std::vector<PoseFile>& files);
+void transpose_rotations(std::span<PoseFile> files);
 
 /// Start values for files with one source fixture:
 /// - gains from the couplings (self_calibrate), poses from the direct solution;

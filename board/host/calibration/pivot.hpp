@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "board/support/json_text.hpp"
 #include "core/linear/quaternion.hpp"
 
 namespace tricoil::host {
@@ -34,5 +36,16 @@ struct PivotCalibration {
 /// InputError if the motion does not determine the tip: fewer than 10 poses, rotation about one axis, too little rotation, or a
 /// tip that moves. `name`: of the poses, for messages.
 PivotCalibration calibrate_pivot(const std::vector<PivotPose>& poses, const std::string& name);
+
+struct PivotRecord {
+    std::string name;  // for messages
+    std::uint8_t sensor = 0;
+    std::vector<PivotPose> poses;  // the valid ones, in the order of the file
+    std::size_t invalid = 0;       // number of poses left out
+};
+
+/// Calibrates the tip and writes it to `out`, if not empty. The result has tip, pivot, standard deviations, residuals and
+/// warnings. Throws like calibrate_pivot() and write_whole_file().
+Json pivot_result(const PivotRecord& record, const std::string& out);
 
 }  // namespace tricoil::host

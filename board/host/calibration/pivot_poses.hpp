@@ -10,13 +10,6 @@
 
 namespace tricoil::host {
 
-struct PivotRecord {
-    std::string name;  // for messages
-    std::uint8_t sensor = 0;
-    std::vector<PivotPose> poses;  // the valid ones, in the order of the file
-    std::size_t invalid = 0;       // number of poses left out
-};
-
 /// `path`: the folder of a recording, which has full covariances, or a file of `run --out` or of JSON lines, which has standard
 /// deviations. `sensor`: empty: the only one in the file. Throws InputError, naming file and line: missing columns or keys,
 /// numbers that are not a pose, a file without poses of the sensor, or several sensors of which none is selected.

@@ -23,7 +23,19 @@ Mat3<double> rotation_of(const double* vector);
 /// J(w) with exp(w + dw) = exp(J(w) dw) exp(w) to first order: the left Jacobian of the rotation group.
 Mat3<double> left_jacobian(const double* vector);
 
+/// Block of a translation, without rotation.
+inline RigidBlock rigid_block(const Vec3<double>& translation_m) {
+    RigidBlock block{};
+    copy_rows(translation_m / kLengthUnit_m, block.data());
+    return block;
+}
+
 inline Vec3<double> length_of(const double* p) { return Vec3<double>(p[0], p[1], p[2]) * kLengthUnit_m; }
+
+/// Transform of a block, from its start rotation.
+inline Rigid rigid_of(const RigidBlock& block, const Mat3<double>& start) {
+    return {rotation_of(block.data() + 3) * start, length_of(block.data())};
+}
 
 /// Symmetric root of J+^T diag(1, lever^2) J+ + share^2 metres^2 (I - J J+). Weights coupling residuals as the position and
 /// rotation error that they cause (J+), and the part that no pose explains with `share`. metres: metres per coupling unit.

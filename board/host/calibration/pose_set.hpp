@@ -32,6 +32,11 @@ struct PoseFile {
 std::string sensor_fixture_name(const PoseFile& file);
 std::string source_fixture_name(const PoseFile& file);
 
+/// Orientation from a fixture name: "ZinXdown" has z pointing in and x pointing down. Directions in the stage frame: right +x,
+/// left -x, out +y, in -y, up +z, down -z. The name gives two axes; the third follows. Returns the rotation from the mounted
+/// frame to the stage frame (v_stage = R v_mounted); empty if the name does not give two different axes in orthogonal directions.
+std::optional<Mat3<double>> rotation_of_fixture(const std::string& name);
+
 /// Reads either format. Throws InputError, naming file and line.
 /// - ILEMT text: x y z (mm) and Euler angles Rx Ry Rz (deg; rotation Rz Ry Rx) of the stage, then nine complex couplings as
 /// +0.1-0.2i, (source 1, sensor 1), (source 2, sensor 1), ..., and optionally nine more of a second carrier, which are checked

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "board/host/calibration/ceres_solver.hpp"
+#include "board/host/calibration/fit_parameters.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/linear/eigen.hpp"
@@ -23,24 +24,17 @@ constexpr double kRobustShare = 0.02;  // scale of the robust loss, relative mis
 
 using Shape = Eigen::Matrix<double, kShape, 1>;
 
-/// Matrix from the parameters xx, yy, xy, xz, yz; zz = 3 - xx - yy.
-Mat3<double> symmetric(const double* p) {
-    Mat3<double> m;
-    m << p[0], p[2], p[3], p[2], p[1], p[4], p[3], p[4], 3 - p[0] - p[1];
-    return m;
-}
-
-/// (X - nearest dipole matrix) / coupling strength. It is smooth in X, also where two singular values are equal.
+/// misfit_of() is smooth in X, also where two singular values are equal.
 struct MisfitFunctor {
     Mat3<double> x;
 
     bool operator()(const double* sensor, const double* source, double* residual) const {
-        const auto ideal = corrected(x, symmetric(sensor), symmetric(source));
+        const auto ideal = corrected(x, sensitivity_matrix(sensor), sensitivity_matrix(source));
         const auto s = solver::solve_direct<double>(ideal, 1.0);
         if (!s.ok()) {
             return false;
         }
-        copy_rows(ideal / s->strength - s->attitude * field::dipole_factor<double>(s->direction), residual);
+        copy_rows(misfit_of(ideal, *s), residual);
         return true;
     }
 };
@@ -75,11 +69,7 @@ Spread spread_of(const std::vector<Mat3<double>>& frames, const Mat3<double>& se
     return spread;
 }
 
-Mat3<double> entries_of(const Eigen::VectorXd& deviation, double last) {
-    Mat3<double> m;
-    m << deviation(0), deviation(2), deviation(3), deviation(2), deviation(1), deviation(4), deviation(3), deviation(4), last;
-    return m;
-}
+Mat3<double> entries_of(const Eigen::VectorXd& d, double last) { return symmetric_matrix(d(0), d(1), last, d(2), d(3), d(4)); }
 
 /// Sets `weakest` and the standard deviations: from the Jacobian at the solution and the variance of the residuals.
 void estimate_deviations(ceres::Problem& problem, std::vector<double*> blocks, SelfCalibration& result) {
@@ -88,14 +78,8 @@ void estimate_deviations(ceres::Problem& problem, std::vector<double*> blocks, S
     ceres::CRSMatrix sparse;
     double cost = 0;
     problem.Evaluate(options, &cost, nullptr, nullptr, &sparse);
-    Eigen::Matrix<double, 2 * kShape, 2 * kShape> information = Eigen::Matrix<double, 2 * kShape, 2 * kShape>::Zero();
-    for (int row = 0; row < sparse.num_rows; ++row) {
-        Eigen::Matrix<double, 2 * kShape, 1> j = Eigen::Matrix<double, 2 * kShape, 1>::Zero();
-        for (int at = sparse.rows[static_cast<std::size_t>(row)]; at < sparse.rows[static_cast<std::size_t>(row) + 1]; ++at) {
-            j(sparse.cols[static_cast<std::size_t>(at)]) = sparse.values[static_cast<std::size_t>(at)];
-        }
-        information += j * j.transpose();
-    }
+    const Eigen::MatrixXd jacobian = dense(sparse);
+    const Eigen::Matrix<double, 2 * kShape, 2 * kShape> information = jacobian.transpose() * jacobian;
     const SymmetricEigen eigen = eigen_of_symmetric(information);
     result.weakest = std::sqrt(std::max(0.0, eigen.values(0)) / eigen.values(2 * kShape - 1));
     if (result.weakest < kWeakest) {
@@ -113,10 +97,6 @@ void estimate_deviations(ceres::Problem& problem, std::vector<double*> blocks, S
 }
 
 }  // namespace
-
-Mat3<double> corrected(const Mat3<double>& x, const Mat3<double>& sensor, const Mat3<double>& source) {
-    return sensor.transpose().inverse() * x * source.inverse();
-}
 
 SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior) {
     if (frames.size() < kMinFrames) {
@@ -144,8 +124,8 @@ SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double p
     const auto summary = summary_of(problem, options);
     SelfCalibration result;
     result.converged = summary.IsSolutionUsable() && summary.termination_type == ceres::CONVERGENCE;
-    result.sensor = symmetric(sensor.data());
-    result.source = symmetric(source.data());
+    result.sensor = sensitivity_matrix(sensor.data());
+    result.source = sensitivity_matrix(source.data());
     if (prior == 0) {
         estimate_deviations(problem, {sensor.data(), source.data()}, result);
     }

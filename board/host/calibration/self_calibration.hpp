@@ -4,7 +4,9 @@
 
 #include <vector>
 
+#include "core/field/concentric_dipole.hpp"
 #include "core/linear/matrix.hpp"
+#include "core/solver/direct.hpp"
 
 namespace tricoil::host {
 
@@ -32,7 +34,20 @@ struct SelfCalibration {
 /// and no motion is refused.
 SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior = 0);
 
-/// X of ideal triads: sensor^-T X source^-1.
-Mat3<double> corrected(const Mat3<double>& x, const Mat3<double>& sensor, const Mat3<double>& source);
+/// X of ideal triads: sensor^-T X source^-1. Removes gains and coil angles, not offsets.
+inline Mat3<double> corrected(const Mat3<double>& x, const Mat3<double>& sensor, const Mat3<double>& source) {
+    return sensor.transpose().inverse() * x * source.inverse();
+}
+
+/// (X - nearest dipole matrix) / coupling strength, of couplings of ideal triads. `nearest`: their direct solution.
+inline Mat3<double> misfit_of(const Mat3<double>& ideal, const solver::DirectSolution<double>& nearest) {
+    return ideal / nearest.strength - nearest.attitude * field::dipole_factor<double>(nearest.direction);
+}
+
+/// Position of a direct solution that is in the half space towards `hemisphere`, source frame.
+inline Vec3<double> position_towards(const Vec3<double>& hemisphere, const solver::DirectSolution<double>& solution) {
+    const double side = solution.direction.dot(hemisphere) < 0 ? -1 : 1;
+    return side * solution.range_m * solution.direction;
+}
 
 }  // namespace tricoil::host

@@ -1,12 +1,24 @@
-// Calibration of coils and of the metal around them, with its errors.
+// Calibration of coils and of the metal around them, from poses on a stage or from a printed grid, with its errors.
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
-#include "board/host/calibration/surroundings_data.hpp"
+#include "board/host/calibration/frame_file.hpp"
+#include "board/host/calibration/surroundings_fit.hpp"
 
 namespace tricoil::host {
+
+/// Poses on the stage of the calibration. Throws InputError for fixtures that the calibration lacks.
+SurroundingsData data_at_known_fixtures(const CalibrationFile& coils, std::vector<PoseFile> files);
+
+/// Poses on a stage at unknown places of source and sensor on it. Throws InputError for files with several fixtures, and like
+/// with_refitted_fixtures.
+SurroundingsData data_at_unknown_fixtures(const CalibrationFile& coils, std::vector<PoseFile> files);
+
+/// Nodes of a printed grid in any attitudes. hemisphere: half space of the grid. Throws InputError for couplings without a pose.
+SurroundingsData data_on_grid(const CalibrationFile& coils, const std::vector<GridFrame>& frames, double spacing_m,
+                              const Vec3<double>& hemisphere);
 
 /// Errors of the poses that a model gives for the couplings.
 struct ModelErrors {

@@ -19,10 +19,7 @@ void write_weighted(double* out, const Matrix<double, 9, 9>& weight, const Matri
 
 }  // namespace
 
-VirtualDipole dipole_of(const double* p) {
-    const double* const a = p + 3;
-    return {length_of(p), kPolarisabilityUnit_m3 * symmetric_matrix(a[0], a[1], a[2], a[3], a[4], a[5])};
-}
+VirtualDipole dipole_of(const double* p) { return {length_of(p), kPolarisabilityUnit_m3 * symmetric_matrix(p + 3)}; }
 
 field::GeneralDipole<double> with_surroundings(const field::GeneralDipole<double>& coils, std::span<const double> p) {
     field::GeneralDipole<double> model = coils;

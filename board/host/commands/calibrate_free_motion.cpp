@@ -1,14 +1,13 @@
 #include <fmt/format.h>
 
-#include "board/host/calibration/converter_correction.hpp"
+#include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/commands/calibrations.hpp"
-#include "board/host/commands/fitted_parameters.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/json_rows.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/progress.hpp"
 
 namespace tricoil::host {
@@ -35,15 +34,6 @@ std::vector<CouplingFrame> read_couplings(const std::string& path, double column
     std::vector<CouplingFrame> couplings;
     for (const MeasuredPose& pose : read_pose_file(path).poses) {
         couplings.push_back({pose.x, pose.quadrature, pose.levels});
-    }
-    return couplings;
-}
-
-/// Without quadratures and levels.
-std::vector<CouplingFrame> deskewed_couplings(const std::vector<CouplingFrame>& frames, double column_skew) {
-    std::vector<CouplingFrame> couplings;
-    for (const Mat3<double>& x : deskewed(in_phase_of(frames), column_skew)) {
-        couplings.push_back({x});
     }
     return couplings;
 }
@@ -138,7 +128,7 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Calibrat
         std::vector<CouplingFrame> one = read_couplings(path, command.column_skew);
         levels += correct_converters(one, stored);
         if (command.column_skew != 0) {
-            one = deskewed_couplings(one, command.column_skew);
+            one = deskewed(one, command.column_skew);
         }
         remove_left_handed(path, one, warnings);
         return one;

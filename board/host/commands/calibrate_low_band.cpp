@@ -5,12 +5,11 @@
 #include <cmath>
 
 #include "board/host/calibration/band_ratio.hpp"
-#include "board/host/calibration/motion_lag.hpp"
 #include "board/host/commands/calibrations.hpp"
+#include "board/record/recorded_source.hpp"
 #include "board/record/recording.hpp"
-#include "board/record/two_band_frame.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/json_rows.hpp"
+#include "board/support/json_text.hpp"
 #include "core/calibration/coil_correction.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/tracking/tracker_params.hpp"

@@ -1,14 +1,12 @@
 #include <fmt/format.h>
 
-#include "board/host/calibration/converter_correction.hpp"
-#include "board/host/calibration/converter_fit.hpp"
+#include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/calibrations.hpp"
-#include "board/host/commands/fitted_parameters.hpp"
-#include "board/support/json_rows.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/progress.hpp"
 
 namespace tricoil::host {

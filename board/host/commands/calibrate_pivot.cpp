@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "board/host/calibration/pivot_result.hpp"
+#include "board/host/calibration/pivot_poses.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/support/errors.hpp"
 #include "core/tracking/tracker_params.hpp"

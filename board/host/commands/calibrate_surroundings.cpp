@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
-#include "board/host/calibration/converter_correction.hpp"
+#include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/calibration/surroundings_calibration.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/json_rows.hpp"
+#include "board/support/json_text.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -87,4 +87,22 @@ void set_fit(CLI::App* kind, Action& action, const std::shared_ptr<Command>& com
     });
 }
 
+// Parameters of a calibration in the output of commands.
+
+inline Json parameters_json(const CalibrationFit& fit) {
+    Json list = Json::array();
+    for (const FittedParameter& p : fit.parameters) {
+        list.push_back({{"name", p.name}, {"value", p.value}, {"deviation", p.deviation}});
+    }
+    return list;
+}
+
+inline std::string parameters_text(const Json& list) {
+    std::string text;
+    for (const Json& p : list) {
+        text += fill(p, "  {name:<24} {value:>12.6f} +- {deviation:.6f}\n");
+    }
+    return text;
+}
+
 }  // namespace tricoil::host

@@ -35,4 +35,9 @@ inline std::string refuse_bad_time(const std::string& text, bool zero) {
 inline std::string refuse_negative_time(const std::string& text) { return refuse_bad_time(text, true); }
 inline std::string refuse_nonpositive_time(const std::string& text) { return refuse_bad_time(text, false); }
 
+/// The value is a time in seconds, above 0 or, with `zero`, 0 or more. Returns the option.
+inline CLI::Option* seconds(CLI::Option* option, bool zero = false) {
+    return option->check(zero ? refuse_negative_time : refuse_nonpositive_time)->type_name("SECONDS");
+}
+
 }  // namespace tricoil::host

@@ -7,7 +7,6 @@
 #include "board/host/capture/capture_analysis.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/json_rows.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/terminal_text.hpp"
 

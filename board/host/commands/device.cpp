@@ -12,10 +12,9 @@
 #include "board/linux/device_list.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
-#include "board/support/multiplexing_names.hpp"
 #include "board/support/progress.hpp"
-#include "board/support/shell_word.hpp"
 #include "board/support/terminal_text.hpp"
+#include "board/support/tracker_choice.hpp"
 #include "board/support/whole_file.hpp"
 #include "core/calibration/blob.hpp"
 #include "core/protocol/command_arguments.hpp"
@@ -288,10 +287,7 @@ void add_device_command(CLI::App* sub, Action& action) {
         return one;
     };
     const auto add_wait = [&](CLI::App* one) {
-        one->add_option("--wait", command->wait_s, "Time to wait for an answer")
-            ->type_name("SECONDS")
-            ->check(refuse_nonpositive_time)
-            ->capture_default_str();
+        seconds(one->add_option("--wait", command->wait_s, "Time to wait for an answer"))->capture_default_str();
         return one;
     };
     add_json(add("list", "List CAN interfaces and USB devices of this machine", {"what is connected?", "tricoil device list"},
@@ -326,13 +322,10 @@ void add_device_command(CLI::App* sub, Action& action) {
         ->check(CLI::Range(0.0, 100e3))
         ->capture_default_str();
     mode->add_flag("--columns", command->columns, "Send columns instead of poses; the host tracks");
-    add_wait(add_device(add("hemisphere", "Set the hemisphere: the half space of the source that contains the sensor now",
-                            {"the sensor is in front of the source", "tricoil device hemisphere can:can0 --towards 1,0,0"},
-                            &set_hemisphere)))
-        ->add_option("--towards", command->towards, "Direction to the half space, source frame; 0,0,0: unknown")
-        ->type_name("X,Y,Z")
-        ->delimiter(',')
-        ->expected(3)
+    CLI::App* const hemisphere = add_wait(add_device(
+        add("hemisphere", "Set the hemisphere: the half space of the source that contains the sensor now",
+            {"the sensor is in front of the source", "tricoil device hemisphere can:can0 --towards 1,0,0"}, &set_hemisphere)));
+    vector_xyz(hemisphere->add_option("--towards", command->towards, "Direction to the half space, source frame; 0,0,0: unknown"))
         ->required();
     add_wait(add_device(add("boresight", "Set the boresight: the present attitude becomes straight ahead",
                             {"hold the sensor straight ahead, then", "tricoil device boresight can:can0"}, &set_boresight)))

@@ -1,13 +1,10 @@
 // tricoil doctor: checks what devices and outputs need on this machine.
-#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <grp.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -19,6 +16,7 @@
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
+#include "board/support/tcp_listener.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -113,17 +111,13 @@ void check_serial_ports(Json& checks) {
 
 /// The live page may have another port, so a port in use is no failure.
 Json check_port() {
-    const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    const int on = 1;
-    ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    sockaddr_in here{};
-    here.sin_family = AF_INET;
-    here.sin_port = htons(kLivePage);
-    here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    const bool is_used = ::bind(socket, reinterpret_cast<const sockaddr*>(&here), sizeof here) != 0 && errno == EADDRINUSE;
-    ::close(socket);
-    return passed(fmt::format("port {}", kLivePage),
-                  is_used ? "used by another program or by tricoil.service; tricoil serve --web PORT takes another" : "free");
+    std::string found = "free";
+    try {
+        (void)TcpListener("--web", {"127.0.0.1", fmt::format("{}", kLivePage)});
+    } catch (const DeviceError&) {
+        found = "used by another program or by tricoil.service; tricoil serve --web PORT takes another";
+    }
+    return passed(fmt::format("port {}", kLivePage), found);
 }
 
 std::string doctor_text(const Json& result) {

@@ -210,16 +210,13 @@ void add_motion_command(CLI::App* sub, Action& action) {
     one_of(sub->add_option("--form", c->form, "angles (as in the paper) or vectors (pole-free, closed loop only)"), kForms)
         ->capture_default_str();
     sub->add_option("--passes", c->passes, "Passes of the previous-measurement step per update")->capture_default_str();
-    sub->add_option("--azimuth", c->azimuth, "Azimuth rate B + A sin(A t), rad/s")->type_name("A,B")->delimiter(',')->expected(2);
-    sub->add_option("--elevation", c->elevation, "Elevation rate B + A sin(A t), rad/s")
-        ->type_name("A,B")
-        ->delimiter(',')
-        ->expected(2);
-    sub->add_option("--attitude", c->attitude, "Rate of psi, theta and phi, B + A sin(A t), rad/s")
-        ->type_name("A,B")
-        ->delimiter(',')
-        ->expected(2);
-    sub->add_option("--range", c->range, "Range rate B + A sin(10 pi t), m/s")->type_name("A,B")->delimiter(',')->expected(2);
+    const auto add_rate = [&](const char* name, std::vector<double>& rate, const char* what) {
+        sub->add_option(name, rate, what)->type_name("A,B")->delimiter(',')->expected(2);
+    };
+    add_rate("--azimuth", c->azimuth, "Azimuth rate B + A sin(A t), rad/s");
+    add_rate("--elevation", c->elevation, "Elevation rate B + A sin(A t), rad/s");
+    add_rate("--attitude", c->attitude, "Rate of psi, theta and phi, B + A sin(A t), rad/s");
+    add_rate("--range", c->range, "Range rate B + A sin(10 pi t), m/s");
     sub->add_option("--start-range", c->start_range_m, "Range at the start, m")->capture_default_str();
     sub->add_option("--start-time", c->start_time_s, "Device time at the start, s")->capture_default_str();
     sub->add_option("--rate-hz", c->rate_hz, "Updates per second")->capture_default_str();

@@ -29,7 +29,7 @@ const std::vector<Example> kExamples{
     {"track a device", "tricoil run --device can:can0 --out poses.csv"},
 };
 
-const std::vector<ManualSection> kManualSections{
+const std::vector<HelpSection> kHelpSections{
     {"Files",
      {{"~/.config/tricoil.toml", "Defaults of the user: device = \"can:can0\", hemisphere = [1, 0, 0], units = \"mm\"."},
       {"/etc/tricoil/board.toml", "Configuration of tricoil.service."},
@@ -149,7 +149,7 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
     program.add_flag("-v,--verbose")->description("Also details, such as the defaults that were used");
     program.require_subcommand(1);
     Action action;
-    CommandLineParams params{option_values(program), kManualSections, {}};
+    CommandLineParams params{option_values(program), kHelpSections, {}};
     for (const ListedCommand& listed : kCommands) {
         CLI::App* const sub = program.add_subcommand(listed.name, listed.description);
         if (const OwnCommand* const command = find_own(own, listed.name); command != nullptr) {

@@ -1,12 +1,15 @@
 // tricoil run: tracks a simulated sensor or a real device.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
-#include "board/host/commands/see_it.hpp"
 #include "board/host/commands/stage_options.hpp"
 #include "board/host/run/report.hpp"
 #include "board/linux/device_run.hpp"
@@ -130,6 +133,35 @@ std::string advice_without_poses(tracking::PoseFlags flags) {
         advice += " the half space of the sensor with --hemisphere X,Y,Z, or use --confined";
     }
     return advice;
+}
+
+/// A negative number needs no quotes, and shell_word() would make it a path.
+std::string value_word(const std::string& value) { return value.starts_with('-') ? value : shell_word(value); }
+
+std::string option_words(const CLI::Option& option) {
+    if (is_flag(option)) {
+        return " " + shown_name(option);
+    }
+    if (option.get_delimiter() == ',') {  // the words of one value
+        return fmt::format(" {} {}", shown_name(option), value_word(fmt::format("{}", fmt::join(option.results(), ","))));
+    }
+    std::string words;
+    for (const std::string& value : option.results()) {
+        words += fmt::format(" {} {}", shown_name(option), value_word(value));
+    }
+    return words;
+}
+
+/// The command that shows a simulated run on the live page, to be pasted: "PROGRAM serve --web 8080" with those options of the
+/// run that `serve` has too, except its duration and recording.
+std::string see_it_command(const CLI::App& run, const std::vector<const CLI::Option*>& shared) {
+    std::string words = shell_word(run.get_parent()->get_name()) + " serve --web 8080";
+    for (const CLI::Option* option : shared) {
+        constexpr std::array<std::string_view, 5> kNotOfThePage{"--duration", "--record", "--units", "--euler", "--align"};
+        const bool is_of_page = std::ranges::find(kNotOfThePage, shown_name(*option)) == kNotOfThePage.end();
+        words += option->count() > 0 && is_of_page ? option_words(*option) : "";
+    }
+    return words;
 }
 
 }  // namespace

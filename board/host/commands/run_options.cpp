@@ -4,13 +4,11 @@
 #include "board/host/commands/option_values.hpp"
 #include "board/host/commands/run_command.hpp"
 #include "board/host/commands/stage_options.hpp"
-#include "board/support/multiplexing_names.hpp"
 #include "board/support/tracker_choice.hpp"
 
 namespace tricoil::host {
 namespace {
 
-constexpr const char* kVectorType = "X,Y,Z";
 constexpr const char* kSecondsType = "SECONDS";
 
 // Titles of groups.
@@ -33,11 +31,7 @@ void add_simulation_options(CLI::App* sub, RunCommand& command) {
         ->type_name(kScenarioType)
         ->capture_default_str();
     sub->add_option("--trajectory", o.trajectory, "Recorded path: 4x4 matrices at 100 Hz")->type_name(kFileType);
-    sub->add_option("--place", command.place, "Centre of the recorded path, m")
-        ->delimiter(',')
-        ->expected(3)
-        ->type_name(kVectorType)
-        ->default_str("0.9,0,0");
+    vector_xyz(sub->add_option("--place", command.place, "Centre of the recorded path, m"))->default_str("0.9,0,0");
     sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
     sub->add_option("--stations", o.stations,
                     "Number of simulated sensors, 1-4; sensors 2 to 4 are near the first and move little")
@@ -63,14 +57,11 @@ void add_device_options(CLI::App* sub, RunCommand& command) {
             ->type_name(kDeviceType)
             ->capture_default_str();
     file_name(sub->add_option("--config", command.config, "Board configuration (TOML); --device overrides it"));
-    sub->add_option("--wait", command.wait_s, "Time to wait for the device at the start; 0: no limit")
-        ->check(refuse_negative_time)
-        ->type_name(kSecondsType)
+    seconds(sub->add_option("--wait", command.wait_s, "Time to wait for the device at the start; 0: no limit"), true)
         ->capture_default_str();
-    sub->add_option("--give-up-after", command.give_up_after_s,
-                    "End with exit code 3 if the device has not worked for this time; 0: never")
-        ->check(refuse_negative_time)
-        ->type_name(kSecondsType)
+    seconds(sub->add_option("--give-up-after", command.give_up_after_s,
+                            "End with exit code 3 if the device has not worked for this time; 0: never"),
+            true)
         ->capture_default_str();
 }
 
@@ -93,13 +84,10 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
                                        "Simulated or device time; default: the scenario's in a simulated tricoil run, otherwise "
                                        "until a signal")
                            ->type_name(kSecondsType);
-    sub->add_option(
-           "--hemisphere", o.hemisphere,
-           "Direction to the half space of the sensor at the start; 0,0,0: unknown; default: from the motion. A simulated run "
-           "with this option is also confined")
-        ->delimiter(',')
-        ->expected(3)
-        ->type_name(kVectorType);
+    vector_xyz(sub->add_option(
+        "--hemisphere", o.hemisphere,
+        "Direction to the half space of the sensor at the start; 0,0,0: unknown; default: from the motion. A simulated run "
+        "with this option is also confined"));
     sub->add_flag("--confined", o.confined,
                   "The sensor never leaves the half space of the start (device: of --hemisphere); the hemisphere stays known "
                   "after a loss");

@@ -94,10 +94,7 @@ void add_selfcheck_command(CLI::App* sub, Action& action) {
     sub->add_flag("--json", command->json, "Report as JSON");
     sub->add_option("--device", command->device, "Self-check of this device: can:..., usb:... or serial:...")
         ->type_name(kDeviceType);
-    sub->add_option("--wait", command->wait_s, "Time to wait for an answer")
-        ->type_name("SECONDS")
-        ->check(refuse_nonpositive_time)
-        ->capture_default_str();
+    seconds(sub->add_option("--wait", command->wait_s, "Time to wait for an answer"))->capture_default_str();
     set_examples(sub, {{"of this machine", "tricoil selfcheck"}, {"of a device", "tricoil selfcheck --device can:can0"}});
     sub->callback([command, &action] { action = [command] { return run_selfcheck(*command); }; });
 }

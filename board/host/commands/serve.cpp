@@ -14,7 +14,6 @@
 #include "board/host/serve/button_input.hpp"
 #include "board/host/serve/fastrak/fastrak_output.hpp"
 #include "board/host/serve/json_lines/json_lines_output.hpp"
-#include "board/host/serve/json_lines/stdout_sender.hpp"
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
@@ -38,7 +37,6 @@
 #endif
 #ifdef TRICOIL_WITH_WEB
 #include "board/host/serve/web/page_output.hpp"
-#include "board/host/serve/websocket/handshake.hpp"
 #include "board/host/serve/websocket/session.hpp"
 #endif
 
@@ -86,6 +84,17 @@ const char* can_do(Controls controls) {
     return controls == Controls::open ? "read poses, switch the coils, set the hemisphere and record" : kReadPoses;
 }
 
+/// Adds a server for clients without controls. Returns its port.
+template <typename Session>
+int add_tcp(const char* option, const TcpAddress& address, Server& server, typename TcpService<Session>::Factory factory,
+            const StreamLimits& limits = {}) {
+    auto service = std::make_unique<TcpService<Session>>(option, address, std::move(factory), limits);
+    warn_of_exposure(option, address, kReadPoses);  // its clients have no controls
+    const int port = service->port();
+    server.add(std::move(service));
+    return port;
+}
+
 #ifdef TRICOIL_WITH_OPENIGTLINK
 void add_openigtlink(const ServeCommand& command, Server& server, Addresses& addresses) {
     constexpr const char* kOption = "--openigtlink";
@@ -97,14 +106,12 @@ void add_openigtlink(const ServeCommand& command, Server& server, Addresses& add
         return;
     }
     const TcpAddress address = parse_tcp_address(kOption, command.openigtlink);
-    warn_of_exposure(kOption, address, kReadPoses);  // its clients have no controls
-    auto service = std::make_unique<TcpService<igtl_output::Session>>(kOption, address, [&server, names](Stream& stream) {
+    const int port = add_tcp<igtl_output::Session>(kOption, address, server, [&server, names](Stream& stream) {
         auto session = std::make_unique<igtl_output::Session>(stream, names);
         session->set_newest(server.hub().newest());
         return session;
     });
-    addresses["openigtlink"] = address.text(service->port());
-    server.add(std::move(service));
+    addresses["openigtlink"] = address.text(port);
 }
 #else
 void add_openigtlink(const ServeCommand&, Server&, Addresses&) {}
@@ -123,14 +130,11 @@ void add_websocket(const ServeCommand& command, const PoseUnits& units, Server& 
         return;
     }
     const TcpAddress address = parse_tcp_address(kOption, command.websocket);
-    auto service = std::make_unique<TcpService<websocket::Session>>(
-        kOption, address,
+    const int port = add_tcp<websocket::Session>(
+        kOption, address, server,
         [&command, units](Stream& stream) { return std::make_unique<websocket::Session>(stream, command.origins, units); },
         websocket::kLimits);
-    warn_of_exposure(kOption, address, kReadPoses);
-    const TcpAddress shown = address.is_any() ? TcpAddress{"localhost", ""} : address;
-    addresses["websocket"] = fmt::format("ws://{}/", shown.text(service->port()));
-    server.add(std::move(service));
+    addresses["websocket"] = fmt::format("ws://{}/", address.shown().text(port));
 }
 #else
 void add_websocket(const ServeCommand&, const PoseUnits&, Server&, Addresses&) {}
@@ -425,40 +429,34 @@ void add_serve_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ServeCommand>();
     folder_name(sub->add_option("recording", command->recording,
                                 "Play this recording of run --record instead of a device or a simulation"));
+    const auto add = [&](const char* name, auto& value, const char* what) {
+        return sub->add_option(name, value, what)->check(refuse_empty);
+    };
     sub->option_defaults()->group("Outputs");
-    sub->add_option("--fastrak", command->fastrak,
-                    "Emulate a Polhemus FASTRAK on pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT; repeatable")
-        ->check(refuse_empty);
+    add("--fastrak", command->fastrak,
+        "Emulate a Polhemus FASTRAK on pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT; repeatable");
     sub->add_flag("--fastrak-continuous", command->fastrak_continuous, "FASTRAK: start in continuous mode");
-    sub->add_option(
-           "--button", command->button,
-           "FASTRAK: button of the stylus from text lines of standard input (-), or of a serial port or named pipe: an empty "
-           "line (Enter) is a click, 1 presses, 0 releases")
-        ->check(refuse_empty);
-    sub->add_option("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)")
-        ->check(refuse_empty);
+    add("--button", command->button,
+        "FASTRAK: button of the stylus from text lines of standard input (-), or of a serial port or named pipe: an empty "
+        "line (Enter) is a click, 1 presses, 0 releases");
+    add("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)");
     sub->add_option(
         "--igtl-name", command->igtl_names,
         "OpenIGTLink: name of a sensor, for example SensorToTracker, instead of tricoil_1; repeatable, in the order of "
         "the sensors");
-    sub->add_option("--json-lines", command->json_lines,
-                    "Each pose as a line of JSON: to clients of tcp:[ADDRESS:]PORT, as a datagram to udp:[HOST:]PORT, or to "
-                    "standard output (-); repeatable")
-        ->check(refuse_empty);
-    sub->add_option("--websocket", command->websocket, "Each pose as a JSON message to WebSocket clients of [ADDRESS:]PORT")
-        ->check(refuse_empty);
-    sub->add_option("--allow-origin", command->origins,
-                    "WebSocket: pages of this origin may connect, for example http://localhost:3000; repeatable. Programs "
-                    "other than browsers need no permission")
-        ->check(refuse_empty);
-    sub->add_option("--osc", command->osc,
-                    "Each pose as an Open Sound Control bundle by UDP to [HOST:]PORT; repeatable. Messages: "
-                    "/tricoil/N/position (x y z, m), /tricoil/N/quaternion (w x y z), /tricoil/N/valid (1 or 0); N from 1")
-        ->check(refuse_empty);
-    sub->add_option("--web", command->web,
-                    "Live page for browsers on [ADDRESS:]PORT; without ADDRESS, only for browsers of this machine. "
-                    "Browsers can use a host name that is given as ADDRESS or with --allow-host")
-        ->check(refuse_empty);
+    add("--json-lines", command->json_lines,
+        "Each pose as a line of JSON: to clients of tcp:[ADDRESS:]PORT, as a datagram to udp:[HOST:]PORT, or to "
+        "standard output (-); repeatable");
+    add("--websocket", command->websocket, "Each pose as a JSON message to WebSocket clients of [ADDRESS:]PORT");
+    add("--allow-origin", command->origins,
+        "WebSocket: pages of this origin may connect, for example http://localhost:3000; repeatable. Programs "
+        "other than browsers need no permission");
+    add("--osc", command->osc,
+        "Each pose as an Open Sound Control bundle by UDP to [HOST:]PORT; repeatable. Messages: "
+        "/tricoil/N/position (x y z, m), /tricoil/N/quaternion (w x y z), /tricoil/N/valid (1 or 0); N from 1");
+    add("--web", command->web,
+        "Live page for browsers on [ADDRESS:]PORT; without ADDRESS, only for browsers of this machine. "
+        "Browsers can use a host name that is given as ADDRESS or with --allow-host");
     folder_name(sub->add_option("--record-folder", command->record_folder,
                                 "Folder for recordings that are started and played on the live page"));
     sub->option_defaults()->group("Access");
@@ -467,8 +465,7 @@ void add_serve_command(CLI::App* sub, Action& action) {
     sub->add_flag("--read-only", command->read_only, "No controls");
     file_name(sub->add_option("--token-file", command->token_file,
                               "Write the link for controls to this file, readable by this user only"));
-    sub->add_option("--allow-host", command->names, "Host name under which browsers may use the server; repeatable")
-        ->check(refuse_empty);
+    add("--allow-host", command->names, "Host name under which browsers may use the server; repeatable");
     const std::vector<const CLI::Option*> own = options_of(*sub);
     add_run_options(sub, command->run);
     command->tracker = sub->get_option("--tracker");

@@ -9,8 +9,6 @@
 
 #include "board/pose_text/flag_names.hpp"
 #include "board/support/progress.hpp"
-#include "board/support/terminal_colour.hpp"
-#include "board/support/terminal_size.hpp"
 #include "board/support/terminal_text.hpp"
 #include "core/base/angle_units.hpp"
 

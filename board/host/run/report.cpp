@@ -1,7 +1,7 @@
 #include "board/host/run/report.hpp"
 
 #include "board/pose_text/flag_names.hpp"
-#include "board/support/multiplexing_names.hpp"
+#include "board/support/tracker_choice.hpp"
 #include "core/base/angle_units.hpp"
 
 namespace tricoil::host {

@@ -1,21 +1,22 @@
 #include "board/host/run/simulated_run.hpp"
 
 #include <chrono>
+#include <stdexcept>
 
-#include "board/host/run/column_loop.hpp"
+#include "board/app/column_chain.hpp"
 #include "board/host/run/couplings_csv.hpp"
 #include "board/host/run/fixed_run.hpp"
 #include "board/host/run/live_view.hpp"
-#include "board/host/run/sample_recorder.hpp"
 #include "board/host/smooth/smoothing_tap.hpp"
 #include "board/pose_text/pose_stages.hpp"
-#include "board/pose_text/served_pose_line.hpp"
+#include "board/pose_text/served_pose.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/simulation/simulated_source.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/tracker_choice.hpp"
+#include "sim/world/column_world.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -38,6 +39,101 @@ struct Run {
     SimulatedBoard& board;
     hal::Link<double>& link;
     tracking::TrackerTap<double>* couplings;  // may be null
+};
+
+constexpr std::uint8_t kSensor = 0;
+
+sim::ColumnWorld make_world(sim::CoilWorld& world, const std::vector<sim::Fault>& faults) {
+    try {
+        return {world, faults};
+    } catch (const std::invalid_argument& error) {
+        throw InputError(std::string("--fidelity columns: ") + error.what() + "; use --fidelity samples");
+    }
+}
+
+/// Main loop of a simulated run that computes columns without samples. The interface of app::MainLoop<double> that a simulated
+/// run uses, for one sensor.
+class ColumnLoop {
+public:
+    /// `world`, `clock` and the devices must outlive the loop; the sampler is not used. Throws InputError for a fault that acts
+    /// on samples.
+    ColumnLoop(const app::MainLoopParams<double>& params, const app::Devices<double>& devices, const SimulationSetup& setup,
+               sim::CoilWorld& world, sim::SimulatedClock& clock)
+        : plan_(params.plan),
+          duration_s_(setup.scenario.duration_s),
+          devices_(devices),
+          clock_(clock),
+          world_(make_world(world, setup.scenario.faults)),
+          chain_(params) {}
+
+    ~ColumnLoop() { stop(); }
+    ColumnLoop(const ColumnLoop&) = delete;
+    ColumnLoop& operator=(const ColumnLoop&) = delete;
+
+    Status start() {
+        clock_.begin(plan_.params.sample_rate_hz);
+        sequence_ = 0;
+        after_gap_ = false;
+        return {};
+    }
+
+    /// Simulates the next block. Errors: timed_out if a fault drops it; end_of_stream.
+    Status acquire() {
+        has_columns_ = false;
+        const double start_s = clock_.elapsed_s();
+        if (start_s + plan_.block_s() > duration_s_ + 1e-9) {
+            return {StatusCode::end_of_stream, "end of the simulated time"};
+        }
+        const Excitation state = plan_.is_tdm() ? single_coil(static_cast<int>(sequence_ % kSourceCoils)) : Excitation::all;
+        if (const Status excited = devices_.coils.excite(state); !excited.ok()) {
+            return excited;
+        }
+        const bool arrived = world_.simulate({state, start_s, clock_.at(start_s), sequence_}, columns_);
+        const bool is_settling = !plan_.is_tdm() && sequence_ == 0;
+        clock_.advance(static_cast<std::size_t>(plan_.block_samples));
+        ++sequence_;
+        if (!arrived) {
+            ++counters_.lost_blocks;
+            after_gap_ = true;
+            chain_.tick(kSensor, devices_, counters_);
+            return {StatusCode::timed_out, "the block was lost"};
+        }
+        ++counters_.blocks;
+        has_columns_ = !is_settling;
+        return {};
+    }
+
+    void process() {
+        if (has_columns_ && !chain_.track(columns_, after_gap_, devices_, counters_)) {
+            chain_.tick(kSensor, devices_, counters_);
+        }
+    }
+
+    void stop() { devices_.coils.switch_off(); }
+
+    Status set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
+        if (sensor != kSensor) {
+            return {StatusCode::invalid_argument, "no such sensor"};
+        }
+        return chain_.set_hemisphere(kSensor, towards, devices_);
+    }
+
+    [[nodiscard]] const app::MainLoopCounters& counters() const { return counters_; }
+    /// sensor: 0.
+    [[nodiscard]] auto& tracker(std::size_t /*sensor*/ = 0) { return chain_.tracker(); }
+
+private:
+    signal::AcquisitionPlan plan_;
+    double duration_s_;
+    app::Devices<double> devices_;
+    sim::SimulatedClock& clock_;
+    sim::ColumnWorld world_;
+    app::ColumnChain<double, tracking::AnyTracker<double>> chain_;
+    signal::Columns<double> columns_;
+    bool has_columns_ = false;
+    bool after_gap_ = false;
+    std::uint32_t sequence_ = 0;
+    app::MainLoopCounters counters_;
 };
 
 /// Runs the loop of the board to its end or an interrupt.

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "board/host/serve/silence_watch.hpp"
-
 namespace tricoil::host {
 
 PoseHub::Cursor PoseHub::cursor() const {

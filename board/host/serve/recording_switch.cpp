@@ -152,25 +152,24 @@ void RecordingSwitch::do_begin(const Settings& settings) {
     }
 }
 
-void RecordingSwitch::do_column(const MeasuredColumn<double>& column) {
+template <typename Call>
+void RecordingSwitch::pass(const Call& call) {
     const std::lock_guard lock(mutex_);
     if (recorder_) {
-        recorder_->column(column);
+        call(*recorder_);
     }
+}
+
+void RecordingSwitch::do_column(const MeasuredColumn<double>& column) {
+    pass([&](Recorder& recorder) { recorder.column(column); });
 }
 
 void RecordingSwitch::do_tick(std::uint8_t sensor, DeviceTime now) {
-    const std::lock_guard lock(mutex_);
-    if (recorder_) {
-        recorder_->tick(sensor, now);
-    }
+    pass([&](Recorder& recorder) { recorder.tick(sensor, now); });
 }
 
 void RecordingSwitch::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
-    const std::lock_guard lock(mutex_);
-    if (recorder_) {
-        recorder_->hemisphere(sensor, towards);
-    }
+    pass([&](Recorder& recorder) { recorder.hemisphere(sensor, towards); });
 }
 
 void RecordingSwitch::do_pose(const tracking::PoseEstimate<double>& estimate) {

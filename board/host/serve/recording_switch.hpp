@@ -48,6 +48,8 @@ private:
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
     void do_pose(const tracking::PoseEstimate<double>& estimate) override;
 
+    template <typename Call>
+    void pass(const Call& call);
     std::string begin_recording(const std::string& wanted);
     void take_over(std::unique_ptr<Recorder> recorder, const std::string& name);
     [[nodiscard]] RecordingStatus status_locked() const;

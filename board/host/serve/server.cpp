@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <csignal>
 
-#include "board/host/serve/silence_watch.hpp"
+#include "board/host/serve/pose_hub.hpp"
 #include "board/host/serve/stream.hpp"
 
 namespace tricoil::host {

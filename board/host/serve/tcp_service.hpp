@@ -2,19 +2,32 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "board/host/serve/connection_table.hpp"
-#include "board/host/serve/http_opening.hpp"
 #include "board/host/serve/service.hpp"
 #include "board/host/serve/stream.hpp"
 #include "board/support/tcp_listener.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
+
+constexpr std::size_t kLongestHttpMethod = 8;  // with the space behind it
+
+/// True if the first bytes of a client begin an HTTP request: a method and a space, at most kLongestHttpMethod bytes.
+inline bool begins_http_request(std::string_view opening) {
+    constexpr std::array<std::string_view, 9> kMethods{"GET ",   "HEAD ",    "POST ",    "PUT ",  "DELETE ",
+                                                       "PATCH ", "OPTIONS ", "CONNECT ", "TRACE "};
+    return std::any_of(kMethods.begin(), kMethods.end(), [&](std::string_view method) { return opening.starts_with(method); });
+}
+
+constexpr std::string_view kHttpRefusal =
+    "HTTP/1.1 400 Refused\r\nContent-Type: text/plain\r\nConnection: close\r\n\r\nThis port does not serve HTTP.\n";
 
 /// Session: has receive(std::span<const char>) and take(std::span<const ServedPose>). The factory gives it the Stream through
 /// which it sends and disconnects. A client that begins with an HTTP request is refused, because a page in a browser can send one

@@ -4,7 +4,6 @@
 
 #include "board/host/serve/fastrak/session.hpp"
 #include "board/host/serve/tcp_service.hpp"
-#include "board/host/serve/terminal_line.hpp"
 #include "board/host/serve/terminal_service.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "board/host/serve/fastrak/arguments.hpp"
 #include "board/host/serve/fastrak/setting_commands.hpp"
 #include "core/base/angle_units.hpp"
 
@@ -233,7 +232,7 @@ void Session::follow_button() {
     if (settings_.continuous) {
         interrupted_ = !interrupted_;
     } else {
-        answer_moved();
+        answer_all(true);
     }
 }
 
@@ -247,17 +246,9 @@ void Session::set_newest(std::span<const ServedPose> poses) {
     }
 }
 
-void Session::answer_all() {
+void Session::answer_all(bool only_moved) {
     for (int number = 1; number <= std::clamp(links_.sensors(), 1, kStations); ++number) {
-        if (station(number).active) {
-            answer(number);
-        }
-    }
-}
-
-void Session::answer_moved() {
-    for (int number = 1; number <= std::clamp(links_.sensors(), 1, kStations); ++number) {
-        if (station(number).active && (!newest(number).pose || has_moved(number))) {
+        if (station(number).active && (!only_moved || !newest(number).pose || has_moved(number))) {
             answer(number);
         }
     }

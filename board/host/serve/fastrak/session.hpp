@@ -60,8 +60,7 @@ private:
     void run(const std::string& command);
     void settings_changed(char command);
     void restart();
-    void answer_all();
-    void answer_moved();
+    void answer_all(bool only_moved = false);
     void answer(int station);
     [[nodiscard]] tracking::PoseEstimate<double> reported(int station) const;
 

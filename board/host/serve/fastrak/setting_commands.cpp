@@ -44,13 +44,14 @@ std::string output_list(Settings& settings, const Arguments& arguments) {
     return {};
 }
 
-std::string boresight_reference(Settings& settings, const Arguments& arguments) {
-    const int number = arguments.station();
-    Vec3<double>& angles = station_of(settings, number).boresight_reference_deg;
+/// Reads or sets three numbers of a station. scale: of its unit to that of the client.
+std::string three_numbers(const Arguments& arguments, char letter, Vec3<double>& value, double scale, double largest,
+                          const NumberForm& form) {
+    const Vec3<double> present = scale * value;
     if (arguments.count_from(1) == 0) {
-        return values_record(number, 'G', {angles.data(), 3});
+        return values_record(arguments.station(), letter, {present.data(), 3}, form);
     }
-    angles = arguments.vector(1, angles, kLargestAngle_deg);
+    value = arguments.vector(1, present, largest) / scale;
     return {};
 }
 
@@ -83,18 +84,6 @@ std::string reset_alignment(Settings& settings, const Arguments& arguments) {
     s.frame.origin_m.setZero();
     s.frame.q_source_alignment.setIdentity();
     s.alignment_m = kAlignment_m;
-    return {};
-}
-
-std::string tip(Settings& settings, const Arguments& arguments) {
-    const int number = arguments.station();
-    StationSettings& s = station_of(settings, number);
-    const double scale = settings.units_per_m();
-    if (arguments.count_from(1) == 0) {
-        const Vec3<double> tip = scale * s.frame.tip_m;
-        return values_record(number, 'N', {tip.data(), 3}, kThousandths);
-    }
-    s.frame.tip_m = arguments.vector(1, scale * s.frame.tip_m, kLongest) / scale;
     return {};
 }
 
@@ -132,16 +121,6 @@ std::string envelope(const Arguments& arguments, char letter, Envelope& limits, 
         }
     }
     std::transform(values.begin(), values.end(), limits.begin(), [&](double value) { return value / scale; });
-    return {};
-}
-
-std::string mounting_frame(Settings& settings, const Arguments& arguments) {
-    const int number = arguments.station();
-    Vec3<double>& angles = station_of(settings, number).mounting_deg;
-    if (arguments.count_from(1) == 0) {
-        return values_record(number, 'r', {angles.data(), 3}, kWideThousandths);
-    }
-    angles = arguments.vector(1, angles, kLargestAngle_deg);
     return {};
 }
 
@@ -243,27 +222,26 @@ std::string output_port(Settings& settings, const Arguments& arguments) {
 }  // namespace
 
 std::string execute_setting(Settings& settings, char letter, const Arguments& arguments) {
+    const auto station = [&]() -> StationSettings& { return station_of(settings, arguments.station()); };
     switch (letter) {
         case 'O':
             return output_list(settings, arguments);
         case 'G':
-            return boresight_reference(settings, arguments);
+            return three_numbers(arguments, 'G', station().boresight_reference_deg, 1, kLargestAngle_deg, kHundredths);
         case 'A':
             return alignment(settings, arguments);
         case 'R':
             return reset_alignment(settings, arguments);
         case 'N':
-            return tip(settings, arguments);
+            return three_numbers(arguments, 'N', station().frame.tip_m, settings.units_per_m(), kLongest, kThousandths);
         case 'I':
             return increment(settings, arguments);
         case 'Q':
-            return envelope(arguments, 'Q', station_of(settings, arguments.station()).attitude_limits_deg, 1, kLargestAngle_deg,
-                            kSpacedThousandths);
+            return envelope(arguments, 'Q', station().attitude_limits_deg, 1, kLargestAngle_deg, kSpacedThousandths);
         case 'V':
-            return envelope(arguments, 'V', station_of(settings, arguments.station()).position_limits_m, settings.units_per_m(),
-                            kLongest, kWideThousandths);
+            return envelope(arguments, 'V', station().position_limits_m, settings.units_per_m(), kLongest, kWideThousandths);
         case 'r':
-            return mounting_frame(settings, arguments);
+            return three_numbers(arguments, 'r', station().mounting_deg, 1, kLargestAngle_deg, kWideThousandths);
         case 'e':
             return stylus_button(settings, arguments);
         case 'x':

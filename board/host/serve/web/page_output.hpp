@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "board/host/serve/access.hpp"
 #include "board/host/serve/pose_hub.hpp"
@@ -23,5 +24,10 @@ struct Output {
 /// The referenced objects must outlive the service. Throws the errors of TcpListener, naming --web.
 Output make_output(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control,
                    RecordingSwitch& recordings, StylusButton& button);
+
+/// host: Host field of a request. Accepted are loopback names, the listening address or name, the allowed names and, if the
+/// server listens on all addresses, any numeric address. Other names are refused, because a hostile page can use a name that
+/// resolves to this machine (DNS rebinding).
+bool is_own_name(const std::string& host, const TcpAddress& address, int port, const std::vector<std::string>& allowed = {});
 
 }  // namespace tricoil::host::web

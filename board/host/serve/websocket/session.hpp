@@ -1,4 +1,4 @@
-// Session of one WebSocket client.
+// WebSocket: opening handshake and session of one client.
 #pragma once
 
 #include <wslay/wslay.h>
@@ -11,10 +11,23 @@
 #include <vector>
 
 #include "board/host/serve/stream.hpp"
+#include "board/host/serve/web/request_head.hpp"
 #include "board/pose_text/pose_fields.hpp"
 #include "board/pose_text/served_pose.hpp"
 
 namespace tricoil::host::websocket {
+
+struct HandshakeAnswer {
+    bool accepted = false;
+    std::string text;  // for the client
+};
+
+/// Opening handshake (RFC 6455, 4.2). Browsers always send the origin of the page. It must be one of `origins`, because any page
+/// that the user visits could connect otherwise. Requests of other programs have no origin.
+HandshakeAnswer answer_handshake(const web::RequestHead& request, const std::vector<std::string>& origins);
+
+/// Throws InputError, naming --allow-origin, if the text is not an origin as browsers send it: "null" or scheme://host[:port].
+void check_origin(const std::string& origin);
 
 /// Limits the age of what waits for a client that reads too slowly: some seconds of one sensor's poses at 240 Hz.
 inline constexpr StreamLimits kLimits{std::chrono::hours(24), 256 * 1024};

@@ -1,4 +1,4 @@
-#include "board/host/serve/terminal_line.hpp"
+#include "board/host/serve/terminal_service.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
