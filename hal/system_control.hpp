@@ -12,7 +12,7 @@ namespace tricoil::hal {
 enum class ResetReason : std::uint8_t {
     power_on,  // or brown-out
     external,  // reset pin
-    software,  // by restart()
+    software,  // requested by the program
     watchdog,  // the program hung
     fault,     // a processor fault or a failed assertion, recorded across the reset
 };
@@ -38,11 +38,8 @@ public:
     /// Sleeps until an interrupt, at most one millisecond, when a board has nothing to do. Thread context.
     void idle() { do_idle(); }
 
-    /// Resets the processor, coils off. Does not return on a processor; a simulation counts the call.
-    void restart() { do_restart(); }
-
     /// Resets into the manufacturer's boot loader for a firmware update. No watchdog runs in the loader. The caller has switched
-    /// the coils off.
+    /// the coils off. Does not return on a processor; a simulation counts the call.
     void restart_into_loader() { do_restart_into_loader(); }
 
 private:
@@ -50,7 +47,6 @@ private:
     [[nodiscard]] virtual SystemFaults do_faults() const = 0;
     [[nodiscard]] virtual const SystemReport& do_report() const = 0;
     virtual void do_idle() = 0;
-    virtual void do_restart() = 0;
     virtual void do_restart_into_loader() = 0;
 };
 

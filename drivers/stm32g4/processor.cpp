@@ -70,14 +70,10 @@ hal::SystemFaults Processor::do_faults() const {
     return faults;
 }
 
-void Processor::do_restart() {
-    scb_.AIRCR = scb::AIRCR_reset;
-    hooks_.wait_for_reset();
-}
-
 void Processor::do_restart_into_loader() {
     record_.request = BootRecord::kEnterLoader;
-    do_restart();
+    scb_.AIRCR = scb::AIRCR_reset;
+    hooks_.wait_for_reset();
 }
 
 }  // namespace tricoil::stm32g4

@@ -36,7 +36,6 @@ private:
     [[nodiscard]] hal::SystemFaults do_faults() const override;
     [[nodiscard]] const hal::SystemReport& do_report() const override { return report_; }
     void do_idle() override { hooks_.sleep(); }
-    void do_restart() override;
     void do_restart_into_loader() override;
 
     RccRegisters& rcc_;

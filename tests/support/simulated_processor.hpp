@@ -42,7 +42,6 @@ public:
     explicit SimulatedSystem(SimulatedClock& clock) : clock_(clock) {}
     void set_reset_reason(hal::ResetReason reason) { reason_ = reason; }
     void set_faults(hal::SystemFaults faults) { faults_ = faults; }
-    [[nodiscard]] int restarts() const { return restarts_; }
     [[nodiscard]] int loader_restarts() const { return loader_restarts_; }
 
 private:
@@ -50,14 +49,12 @@ private:
     [[nodiscard]] hal::SystemFaults do_faults() const override { return faults_; }
     [[nodiscard]] const hal::SystemReport& do_report() const override { return report_; }
     void do_idle() override { clock_.pause(1e-3); }
-    void do_restart() override { ++restarts_; }
     void do_restart_into_loader() override { ++loader_restarts_; }
 
     SimulatedClock& clock_;
     hal::ResetReason reason_ = hal::ResetReason::power_on;
     hal::SystemFaults faults_;
     hal::SystemReport report_;
-    int restarts_ = 0;
     int loader_restarts_ = 0;
 };
 
