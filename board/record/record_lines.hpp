@@ -36,8 +36,8 @@ std::string_view old_input_header();
 struct TrackerInput {
     InputKind kind = InputKind::column;
     std::uint8_t sensor = 0;
-    MeasuredColumn<double> column;  // kind: column
-    DeviceTime now{};               // kind: tick
+    MeasuredColumn<double> column{};  // kind: column
+    DeviceTime now{};                 // kind: tick
     Vec3<double> hemisphere = Vec3<double>::Zero();
 };
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "board/command_line/option_words.hpp"
-#include "board/host/calibration/converter_correction.hpp"
+#include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
