@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "board/host/run/statistics.hpp"
 #include "board/support/sim_input/trajectory_file.hpp"
+#include "board/support/statistics.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/tracking/matrix/direct_tracker.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "board/host/calibration/evaluation.hpp"
-#include "board/host/run/statistics.hpp"
+#include "board/support/statistics.hpp"
 
 namespace tricoil::host {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "board/host/calibration/calibration_fit.hpp"
-#include "board/host/run/statistics.hpp"
+#include "board/support/statistics.hpp"
 
 namespace tricoil::host {
 

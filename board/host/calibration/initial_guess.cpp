@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "board/host/calibration/self_calibration.hpp"
-#include "board/host/run/statistics.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/statistics.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
 #include "sim/dense_algebra.hpp"

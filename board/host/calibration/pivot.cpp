@@ -1,5 +1,5 @@
 #include "board/host/calibration/pivot.hpp"
-#include "board/host/run/statistics.hpp"
+#include "board/support/statistics.hpp"
 
 #include <fmt/format.h>
 

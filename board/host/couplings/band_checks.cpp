@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
-#include "board/host/run/statistics.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/statistics.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/linear/cholesky.hpp"
 #include "core/solver/cold_start.hpp"

@@ -6,7 +6,7 @@
 
 #include "board/host/couplings/band_files.hpp"
 #include "board/host/couplings/dual_rate.hpp"
-#include "board/host/run/statistics.hpp"
+#include "board/support/statistics.hpp"
 
 namespace tricoil::host {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "board/host/dynamic/stream_alignment.hpp"
-#include "board/host/run/statistics.hpp"
 #include "board/support/json_text.hpp"
+#include "board/support/statistics.hpp"
 
 namespace tricoil::host {
 

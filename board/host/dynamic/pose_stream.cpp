@@ -7,8 +7,8 @@
 #include <cmath>
 #include <utility>
 
-#include "board/host/run/statistics.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/statistics.hpp"
 #include "board/support/text_table.hpp"
 #include "core/geometry/quaternion_sign.hpp"
 #include "core/geometry/rotations.hpp"

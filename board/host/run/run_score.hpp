@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "board/host/run/statistics.hpp"
+#include "board/support/statistics.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "sim/hal/simulated_hal.hpp"
