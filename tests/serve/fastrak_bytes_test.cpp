@@ -33,7 +33,7 @@ TEST(FastrakBytes, TableOfCommandsAndRecords) {
         {"hemisphere read back", "H1\r", "21H  1.000  0.000  0.000\r\n"},
         {"hemisphere", "H1,0,0,1\rH1\r", "21H  0.000  0.000  1.000\r\n"},
         {"tip", "N1,2.5,0,0.03\rN1\r", "21N  2.500  0.000  0.030\r\n"},
-        {"tip off", "N1,0,0,0\r", ""},
+        {"tip beyond its digits, and off", "N1,200,0,0\rN1\rN1,0,0,0\r", "21N 99.999  0.000  0.000\r\n"},
         {"boresight reference", "G1\r", "21G   0.00   0.00   0.00\r\n"},
         {"boresight", "O1,2,4,1\rB1\rP", "01   20.40 -61.06  30.01   0.00   0.00   0.00\r\n"},
         {"unboresight", "b1\rP", "01   20.40 -61.06  30.01-150.70 -42.08 156.93\r\n"},
