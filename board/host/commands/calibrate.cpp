@@ -184,17 +184,14 @@ CLI::Option* add_spacing(CLI::App* kind, std::optional<double>& spacing_mm) {
 }
 
 CLI::Option* add_nodes(CLI::App* kind, std::optional<GridSize>& nodes) {
-    return kind
-        ->add_option_function<std::vector<int>>(
-            "--nodes",
-            [&nodes](const std::vector<int>& n) {
-                nodes = GridSize{n[0], n[1], n[2]};
-            },
-            "Numbers of columns, rows and levels, if the data are rests of a recording (convert --to rests) in this order of "
-            "nodes")
-        ->type_name("C,R,L")
-        ->expected(3)
-        ->delimiter(',')
+    return numbers(kind->add_option_function<std::vector<int>>(
+                       "--nodes",
+                       [&nodes](const std::vector<int>& n) {
+                           nodes = GridSize{n[0], n[1], n[2]};
+                       },
+                       "Numbers of columns, rows and levels, if the data are rests of a recording (convert --to rests) in this "
+                       "order of nodes"),
+                   "C,R,L", 3)
         ->check(CLI::Range(1, 1000));
 }
 

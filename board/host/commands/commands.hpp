@@ -18,8 +18,11 @@ inline std::string refuse_empty(const std::string& name) { return name.empty() ?
 /// The value is a file or folder. Returns the option.
 inline CLI::Option* file_name(CLI::Option* option) { return option->check(refuse_empty)->type_name(kFileType); }
 inline CLI::Option* folder_name(CLI::Option* option) { return option->check(refuse_empty)->type_name(kFolderType); }
-/// The value is a vector. Returns the option.
-inline CLI::Option* vector_xyz(CLI::Option* option) { return option->type_name("X,Y,Z")->expected(3)->delimiter(','); }
+/// The value is `count` numbers; a word behind them is another argument. Returns the option.
+inline CLI::Option* numbers(CLI::Option* option, const char* names, int count) {
+    return option->type_name(names)->expected(count)->delimiter(',')->allow_extra_args(false);
+}
+inline CLI::Option* vector_xyz(CLI::Option* option) { return numbers(option, "X,Y,Z", 3); }
 
 /// Refuses a text that is not a 64-bit unsigned integer: CLI11 replaces a larger number by the maximum.
 inline std::string refuse_overflow(const std::string& text) {

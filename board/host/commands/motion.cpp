@@ -211,7 +211,7 @@ void add_motion_command(CLI::App* sub, Action& action) {
         ->capture_default_str();
     sub->add_option("--passes", c->passes, "Passes of the previous-measurement step per update")->capture_default_str();
     const auto add_rate = [&](const char* name, std::vector<double>& rate, const char* what) {
-        sub->add_option(name, rate, what)->type_name("A,B")->delimiter(',')->expected(2);
+        numbers(sub->add_option(name, rate, what), "A,B", 2);
     };
     add_rate("--azimuth", c->azimuth, "Azimuth rate B + A sin(A t), rad/s");
     add_rate("--elevation", c->elevation, "Elevation rate B + A sin(A t), rad/s");

@@ -20,12 +20,10 @@ std::vector<const CLI::Option*> add_stage_options(CLI::App* sub, OutputOptions& 
                "Output all poses relative to this sensor (1 is the first), with their covariance; recordings stay in the "
                "source frame")
             ->type_name("SENSOR"),
-        sub->add_option(
-               "--align", o.align_points,
-               "Alignment frame from three points (nine numbers, m): origin, point on the x axis, point towards the y axis")
-            ->delimiter(',')
-            ->expected(9)
-            ->type_name("POINTS"),
+        numbers(sub->add_option(
+                    "--align", o.align_points,
+                    "Alignment frame from three points (nine numbers, m): origin, point on the x axis, point towards the y axis"),
+                "POINTS", 9),
         sub->add_flag("--boresight", o.boresight, "The attitude of the first valid pose of each sensor becomes zero"),
         one_of(sub->add_option("--units", o.unit, "Unit of positions in CSV and JSON"), {"m", "mm", "cm", "in"})
             ->capture_default_str(),
