@@ -21,18 +21,28 @@ constexpr in_addr_t kThirdAddress = 0x7f000003;
 
 struct Output {
     const char* name;
+    const char* option;
+    const char* where;
     const char* opening;        // what a client sends to get poses
     bool has_handshake = true;  // clients that do not complete it are disconnected
 };
 const std::vector<Output> kOutputs{
-    {"fastrak", "C", false},
-    {"openigtlink", "", false},
-    {"json_lines", "", false},
-    {"websocket",
+    {"fastrak", "--fastrak", "tcp:0", "C", false},
+    {"openigtlink", "--openigtlink", "0", "", false},
+    {"json_lines", "--json-lines", "tcp:0", "", false},
+    {"websocket", "--websocket", "0",
      "GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
      "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"},
-    {"web", "GET /stream HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\n\r\n"},
+    {"web", "--web", "0", "GET /stream HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\n\r\n"},
 };
+
+std::vector<std::string> serve_words() {
+    std::vector<std::string> words{"--scenario", "still"};
+    for (const Output& output : kOutputs) {
+        words.insert(words.end(), {output.option, output.where});
+    }
+    return words;
+}
 
 /// A program with all outputs for TCP clients.
 class EveryOutput : public ::testing::Test {
@@ -99,10 +109,19 @@ protected:
         }
     }
 
-    const Serving serving_{{"--fastrak", "tcp:0", "--openigtlink", "0", "--json-lines", "tcp:0", "--websocket", "0", "--web", "0",
-                            "--scenario", "still"}};
+    const Serving serving_{serve_words()};
     std::vector<int> clients_;
 };
+
+/// The error of a program without outputs names them all; --osc has no clients.
+TEST_F(EveryOutput, IsInTheTable) {
+    const std::string error = tricoil("serve").err;
+    const auto named = std::count(error.begin(), error.end(), ',') + 2;
+    EXPECT_EQ(static_cast<std::size_t>(named), kOutputs.size() + 1) << error;
+    for (const Output& output : kOutputs) {
+        EXPECT_THAT(error, HasSubstr(output.option));
+    }
+}
 
 TEST_F(EveryOutput, SilentClientsMakeRoom) {
     expect_room_beside_silent_clients({INADDR_LOOPBACK});

@@ -34,7 +34,7 @@ using ::testing::HasSubstr;
 
 TEST(ServeProgram, RefusesInvalidOutputs) {
     const std::vector<std::pair<std::string, std::string>> lines{
-        {"", "serve: no output; add --fastrak, --openigtlink, --json-lines, --websocket, --osc or --web"},
+        {"", "serve: no output; add --fastrak, "},
         {"--fastrak nowhere", "must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT"},
         {"--fastrak tcp:99999", "needs a port number up to 65535"},
         {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 2400"},

@@ -22,6 +22,7 @@ public:
     virtual bool watch(std::vector<pollfd>& descriptors) = 0;
     /// Handles all descriptors of this service.
     virtual void handle() = 0;
+    /// Also invalid and stale ones: a form without a flag leaves them out.
     virtual void take(std::span<const ServedPose> poses) = 0;
 };
 
