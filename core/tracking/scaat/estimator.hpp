@@ -70,8 +70,6 @@ public:
     [[nodiscard]] CoilHistory& history() { return history_; }
     [[nodiscard]] const CoilHistory& history() const { return history_; }
     [[nodiscard]] Intensity<Scalar> intensity() const;
-    /// Windowed mean of squared innovations per degree of freedom; expectation 1.
-    [[nodiscard]] Scalar consistency() const { return consistency_; }
     /// Factor by which recent innovations and their noise exceed the covariance.
     [[nodiscard]] Scalar covariance_factor() const { return std::max({noise_.excess(), consistency_, outlier_inflation_}); }
     [[nodiscard]] bool is_inconsistent() const { return std::max(consistency_, noise_.excess()) > params_.inconsistent_above; }
@@ -109,7 +107,7 @@ private:
     ProcessNoiseLimits<Scalar> limits_;
     State<Scalar> state_;
     ProcessNoiseState<Scalar> process_;
-    Scalar consistency_ = 1;
+    Scalar consistency_ = 1;        // windowed mean of squared innovations per degree of freedom; expectation 1
     Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kInflateAbove, decaying
     NoiseCheck<Scalar> noise_;
     CoilHistory history_;
