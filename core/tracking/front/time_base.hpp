@@ -5,34 +5,41 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "core/base/time.hpp"
+#include "core/tracking/tracker_counters.hpp"
 
 namespace tricoil::tracking {
+
+/// Result of the check of a column.
+struct Admission {
+    std::optional<Rejection> rejection;
+    bool is_late = false;        // older than the newest column, but usable
+    bool has_restarted = false;  // the device clock restarted: stored times are invalid
+};
 
 /// Checks the time stamps of one sensor's columns. A stamp implausibly far ahead is held until a later one agrees with it. If
 /// stamps are too old but agree with each other for long enough, the device clock has restarted, and the time base restarts too.
 class TimeBase {
 public:
-    enum class Verdict : std::uint8_t { in_order, late, restarted, duplicate, time_backwards, time_ahead };
-
     /// max_lateness: largest age of a column relative to the newest; zero: every older column is refused. longest_step: largest
     /// step ahead without a second stamp.
     TimeBase(Microseconds max_lateness, Microseconds longest_step) : max_lateness_(max_lateness), longest_step_(longest_step) {}
 
     /// Checks the stamp of a column of source coil 0-2 and stores it unless it is refused.
-    Verdict take(int coil, DeviceTime time) {
+    Admission take(int coil, DeviceTime time) {
         if (time > kLatest || time < kEarliest) {
-            return time > kLatest ? Verdict::time_ahead : Verdict::time_backwards;
+            return {time > kLatest ? Rejection::time_ahead : Rejection::time_backwards};
         }
         if (started_ && time <= newest_) {
             return time == newest_ ? same_instant(coil) : before_newest(coil, time);
         }
         if (started_ && time - newest_ > longest_step_ && !agrees_with_held(time)) {
-            return Verdict::time_ahead;
+            return {Rejection::time_ahead};
         }
         begin(coil, time);
-        return Verdict::in_order;
+        return {};
     }
 
     /// True if columns of all source coils have come with the newest stamp.
@@ -50,6 +57,7 @@ private:
         DeviceTime time = kEarliest;
         unsigned coils = 0;
     };
+    static constexpr Admission kLate{std::nullopt, true};
     static constexpr std::size_t kInstants = 12;  // 12 ms of FDM at 960 Hz; late stamps before these are refused
     static constexpr int kAgreeing = 8;           // consecutive old stamps that restart the base: 11 ms of TDM at 240 Hz
 
@@ -72,46 +80,43 @@ private:
         too_old_in_row_ = 0;
     }
 
-    Verdict same_instant(int coil) { return add_to(instants_[newest_index_], coil, Verdict::in_order); }
+    Admission same_instant(int coil) { return add_to(instants_[newest_index_], coil, {}); }
 
-    static Verdict add_to(Instant& instant, int coil, Verdict verdict) {
+    static Admission add_to(Instant& instant, int coil, Admission admission) {
         if ((instant.coils & bit(coil)) != 0U) {
-            return Verdict::duplicate;
+            return {Rejection::duplicate};
         }
         instant.coils |= bit(coil);
-        return verdict;
+        return admission;
     }
 
-    Verdict before_newest(int coil, DeviceTime time) {
+    Admission before_newest(int coil, DeviceTime time) {
         if (newest_ - time > max_lateness_) {
             return too_old(coil, time);
         }
         const auto known = std::find_if(instants_.begin(), instants_.end(), [&](const auto& i) { return i.time == time; });
-        if (known != instants_.end() && (known->coils & bit(coil)) != 0U) {
-            return Verdict::duplicate;
+        if (known != instants_.end()) {
+            return add_to(*known, coil, kLate);
         }
-        if (known == instants_.end() && time <= forgotten_) {
+        if (time <= forgotten_) {
             return too_old(coil, time);
         }
-        if (known != instants_.end()) {
-            return add_to(*known, coil, Verdict::late);
-        }
         (void)enter(coil, time);
-        return Verdict::late;
+        return kLate;
     }
 
     /// Counts consecutive old stamps that agree with each other.
-    Verdict too_old(int coil, DeviceTime time) {
+    Admission too_old(int coil, DeviceTime time) {
         const bool follows = too_old_in_row_ > 0 && time >= last_too_old_ && time - last_too_old_ <= longest_step_;
         too_old_in_row_ = follows ? too_old_in_row_ + (time > last_too_old_ ? 1 : 0) : 1;
         last_too_old_ = time;
         if (too_old_in_row_ < kAgreeing) {
-            return Verdict::time_backwards;
+            return {Rejection::time_backwards};
         }
         instants_ = {};
         forgotten_ = kEarliest;
         begin(coil, time);
-        return Verdict::restarted;
+        return {std::nullopt, false, true};
     }
 
     /// True if `time` is later than the held stamp, by at most the step from the newest stamp to the held one. Otherwise stores
