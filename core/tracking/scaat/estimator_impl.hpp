@@ -18,12 +18,7 @@ void Estimator<Scalar, Model>::start(const StartPose<Scalar>& pose, const std::o
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::reset_adaptation() {
-    process_ = {std::log(params_.process.start_m2_s3),
-                std::log(params_.process.start_rad2_s3),
-                Scalar(1),
-                Scalar(1),
-                Scalar(0),
-                Scalar(0)};
+    process_ = {std::log(params_.process.start_m2_s3), std::log(params_.process.start_rad2_s3)};
     consistency_ = 1;
     outlier_inflation_ = 0;
     noise_.restart();
