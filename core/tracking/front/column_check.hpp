@@ -7,6 +7,7 @@
 
 #include "core/signal/column.hpp"
 #include "core/tracking/front/time_base.hpp"
+#include "core/tracking/tracker_counters.hpp"
 
 namespace tricoil::tracking {
 
@@ -32,13 +33,34 @@ std::optional<Rejection> invalid_field(const Column<Scalar>& column) {
     return std::nullopt;
 }
 
+/// Result of admit().
+struct Admission {
+    std::optional<Rejection> rejection;
+    bool is_late = false;        // older than the newest column, but usable
+    bool has_restarted = false;  // the device clock restarted: stored times are invalid
+};
+
 /// Checks fields and time stamp of a column of one sensor.
 template <typename Scalar>
 Admission admit(const Column<Scalar>& column, TimeBase& time_base) {
     if (const auto reason = invalid_field(column)) {
         return {reason};
     }
-    return time_base.take(coil_index(column.state), column.midpoint);
+    switch (time_base.take(coil_index(column.state), column.midpoint)) {
+        case TimeBase::Verdict::in_order:
+            break;
+        case TimeBase::Verdict::late:
+            return {std::nullopt, true};
+        case TimeBase::Verdict::restarted:
+            return {std::nullopt, false, true};
+        case TimeBase::Verdict::duplicate:
+            return {Rejection::duplicate};
+        case TimeBase::Verdict::time_backwards:
+            return {Rejection::time_backwards};
+        case TimeBase::Verdict::time_ahead:
+            return {Rejection::time_ahead};
+    }
+    return {};
 }
 
 }  // namespace tricoil::tracking

@@ -5,41 +5,34 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 
 #include "core/base/time.hpp"
-#include "core/tracking/tracker_counters.hpp"
 
 namespace tricoil::tracking {
-
-/// Result of the check of a column.
-struct Admission {
-    std::optional<Rejection> rejection;
-    bool is_late = false;        // older than the newest column, but usable
-    bool has_restarted = false;  // the device clock restarted: stored times are invalid
-};
 
 /// Checks the time stamps of one sensor's columns. A stamp implausibly far ahead is held until a later one agrees with it. If
 /// stamps are too old but agree with each other for long enough, the device clock has restarted, and the time base restarts too.
 class TimeBase {
 public:
+    enum class Verdict : std::uint8_t { in_order, late, restarted, duplicate, time_backwards, time_ahead };
+
     /// max_lateness: largest age of a column relative to the newest; zero: every older column is refused. longest_step: largest
     /// step ahead without a second stamp.
     TimeBase(Microseconds max_lateness, Microseconds longest_step) : max_lateness_(max_lateness), longest_step_(longest_step) {}
 
     /// Checks the stamp of a column of source coil 0-2 and stores it unless it is refused.
-    Admission take(int coil, DeviceTime time) {
+    Verdict take(int coil, DeviceTime time) {
         if (time > kLatest || time < kEarliest) {
-            return {time > kLatest ? Rejection::time_ahead : Rejection::time_backwards};
+            return time > kLatest ? Verdict::time_ahead : Verdict::time_backwards;
         }
         if (started_ && time <= newest_) {
             return time == newest_ ? same_instant(coil) : before_newest(coil, time);
         }
         if (started_ && time - newest_ > longest_step_ && !agrees_with_held(time)) {
-            return {Rejection::time_ahead};
+            return Verdict::time_ahead;
         }
         begin(coil, time);
-        return {};
+        return Verdict::in_order;
     }
 
     /// True if columns of all source coils have come with the newest stamp.
@@ -57,7 +50,6 @@ private:
         DeviceTime time = kEarliest;
         unsigned coils = 0;
     };
-    static constexpr Admission kLate{std::nullopt, true};
     static constexpr std::size_t kInstants = 12;  // 12 ms of FDM at 960 Hz; late stamps before these are refused
     static constexpr int kAgreeing = 8;           // consecutive old stamps that restart the base: 11 ms of TDM at 240 Hz
 
@@ -80,43 +72,43 @@ private:
         too_old_in_row_ = 0;
     }
 
-    Admission same_instant(int coil) { return add_to(instants_[newest_index_], coil, {}); }
+    Verdict same_instant(int coil) { return add_to(instants_[newest_index_], coil, Verdict::in_order); }
 
-    static Admission add_to(Instant& instant, int coil, Admission admission) {
+    static Verdict add_to(Instant& instant, int coil, Verdict verdict) {
         if ((instant.coils & bit(coil)) != 0U) {
-            return {Rejection::duplicate};
+            return Verdict::duplicate;
         }
         instant.coils |= bit(coil);
-        return admission;
+        return verdict;
     }
 
-    Admission before_newest(int coil, DeviceTime time) {
+    Verdict before_newest(int coil, DeviceTime time) {
         if (newest_ - time > max_lateness_) {
             return too_old(coil, time);
         }
         const auto known = std::find_if(instants_.begin(), instants_.end(), [&](const auto& i) { return i.time == time; });
         if (known != instants_.end()) {
-            return add_to(*known, coil, kLate);
+            return add_to(*known, coil, Verdict::late);
         }
         if (time <= forgotten_) {
             return too_old(coil, time);
         }
         (void)enter(coil, time);
-        return kLate;
+        return Verdict::late;
     }
 
     /// Counts consecutive old stamps that agree with each other.
-    Admission too_old(int coil, DeviceTime time) {
+    Verdict too_old(int coil, DeviceTime time) {
         const bool follows = too_old_in_row_ > 0 && time >= last_too_old_ && time - last_too_old_ <= longest_step_;
         too_old_in_row_ = follows ? too_old_in_row_ + (time > last_too_old_ ? 1 : 0) : 1;
         last_too_old_ = time;
         if (too_old_in_row_ < kAgreeing) {
-            return {Rejection::time_backwards};
+            return Verdict::time_backwards;
         }
         instants_ = {};
         forgotten_ = kEarliest;
         begin(coil, time);
-        return {std::nullopt, false, true};
+        return Verdict::restarted;
     }
 
     /// True if `time` is later than the held stamp, by at most the step from the newest stamp to the held one. Otherwise stores
