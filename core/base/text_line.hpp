@@ -9,7 +9,7 @@
 
 namespace tricoil {
 
-/// Appends in call order. Text beyond the capacity is dropped; overflowed() then returns true.
+/// Appends in call order. Text beyond the capacity is dropped.
 class TextLine {
 public:
     static constexpr std::size_t kCapacity = 192;
@@ -96,20 +96,16 @@ public:
     }
 
     [[nodiscard]] constexpr std::string_view view() const { return {characters_.data(), length_}; }
-    [[nodiscard]] constexpr bool overflowed() const { return overflowed_; }
 
 private:
     constexpr void put(char c) {
-        if (length_ == kCapacity) {
-            overflowed_ = true;
-            return;
+        if (length_ < kCapacity) {
+            characters_[length_++] = c;
         }
-        characters_[length_++] = c;
     }
 
     std::array<char, kCapacity> characters_{};
     std::size_t length_ = 0;
-    bool overflowed_ = false;
 };
 
 }  // namespace tricoil

@@ -11,13 +11,8 @@ namespace tricoil::error_model {
 namespace {
 
 template <typename Scalar>
-ErrorTerm<Scalar> term(Scalar position_m, Scalar rotation_rad) {
-    return {position_m, rotation_rad};
-}
-
-template <typename Scalar>
 ErrorTerm<Scalar> term(const PoseError<Scalar>& error) {
-    return term<Scalar>(error.template head<3>().norm(), error.template tail<3>().norm());
+    return {error.template head<3>().norm(), error.template tail<3>().norm()};
 }
 
 /// Linearization and frame propagation errors. A further pass on the same matrix starts from the error of the previous pass,
@@ -80,10 +75,10 @@ ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6
     budget.skew = term(errors.skew);
     budget.blur = term(errors.blur);
     budget.latency = term(errors.latency);
-    budget.noise = term(std::sqrt(position_variance), std::sqrt(rotation_variance));
+    budget.noise = {std::sqrt(position_variance), std::sqrt(rotation_variance)};
     const Scalar left = std::max(1 - measured_share, Scalar(0));
-    budget.total = term(std::sqrt(sum.template head<3>().squaredNorm() + left * position_variance),
-                        std::sqrt(sum.template tail<3>().squaredNorm() + left * rotation_variance));
+    budget.total = {std::sqrt(sum.template head<3>().squaredNorm() + left * position_variance),
+                    std::sqrt(sum.template tail<3>().squaredNorm() + left * rotation_variance)};
     return budget;
 }
 

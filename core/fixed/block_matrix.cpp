@@ -23,9 +23,8 @@ NormalisedBlock normalise(const BlockMatrix& x) {
         return block;
     }
     const int shift = excess_bits(all, Entry::kFractionBits);
-    for (Index i = 0; i < 9; ++i) {
-        block.y(i) = Entry::from_raw(static_cast<std::int32_t>(scaled_down(x.mantissa(i), shift)));
-    }
+    block.y = x.mantissa.unaryExpr(
+        [shift](std::int32_t entry) { return Entry::from_raw(static_cast<std::int32_t>(scaled_down(entry, shift))); });
     block.exponent = bounded_exponent(x.exponent) + shift + Entry::kFractionBits;
     block.zero = false;
     return block;
@@ -38,19 +37,12 @@ Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v) {
         return Vec3<Unit>::Zero();
     }
     const int shift = excess_bits(all, 30);
-    Vec3<std::int64_t> w;
-    std::uint64_t squared = 0;
-    for (Index i = 0; i < 3; ++i) {
-        w(i) = scaled_down(v(i), shift);
-        squared += static_cast<std::uint64_t>(w(i) * w(i));
-    }
-    const auto norm = static_cast<std::int64_t>(square_root(squared));  // 2^29 to sqrt(3) * 2^30
+    const Vec3<std::int64_t> w = v.unaryExpr([shift](std::int64_t entry) { return scaled_down(entry, shift); });
+    const auto norm =
+        static_cast<std::int64_t>(square_root(static_cast<std::uint64_t>(w.squaredNorm())));  // 2^29 to sqrt(3) * 2^30
     const std::int64_t reciprocal = ((std::int64_t{1} << 60) + norm / 2) / norm;
-    Vec3<Unit> u;
-    for (Index i = 0; i < 3; ++i) {
-        u(i) = Unit::from_raw(saturate(shift_right_rounded(w(i) * reciprocal, 30)));
-    }
-    return u;
+    return w.unaryExpr(
+        [reciprocal](std::int64_t entry) { return Unit::from_raw(saturate(shift_right_rounded(entry * reciprocal, 30))); });
 }
 
 Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x) {

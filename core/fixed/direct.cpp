@@ -49,13 +49,7 @@ constexpr int kMaxSquarings = 10;
 /// largest dominates, every column is a multiple of its eigenvector. Entries of y are at most 1 and one is at least 1/2; entries
 /// of Y^T Y are at most 3 * 2^56 units.
 Vec3<Unit> first_right_singular_vector(const Mat3<Entry>& y) {
-    const auto gram = [&y](Index i, Index j) {
-        std::int64_t sum = 0;
-        for (Index n = 0; n < 3; ++n) {
-            sum += product(y(n, i).raw(), y(n, j).raw());
-        }
-        return sum;
-    };
+    const auto gram = [&y](Index i, Index j) { return exact_dot(y.col(i), y.col(j)); };
     Normalised g = normalise({gram(0, 0), gram(0, 1), gram(0, 2), gram(1, 1), gram(1, 2), gram(2, 2)});
     for (int n = 0; n < kMaxSquarings; ++n) {
         const Wide square = squared(g);
@@ -76,13 +70,7 @@ Vec3<Unit> first_right_singular_vector(const Mat3<Entry>& y) {
 /// Q28 from the sum of squares of Q28 numbers; the sum must be below 2^64 units of Q56.
 std::int64_t root_q28(std::int64_t squared_q56) { return square_root(static_cast<std::uint64_t>(squared_q56)); }
 
-std::int64_t squared_norm(const Vec3<Entry>& v) {
-    std::int64_t sum = 0;
-    for (Index i = 0; i < 3; ++i) {
-        sum += std::int64_t{v(i).raw()} * v(i).raw();
-    }
-    return sum;
-}
+std::int64_t squared_norm(const Vec3<Entry>& v) { return exact_dot(v, v); }
 
 Vec3<std::int64_t> widened(const Vec3<Entry>& v) { return {v(0).raw(), v(1).raw(), v(2).raw()}; }
 
@@ -99,16 +87,10 @@ struct Plane {
         : ye1(multiply<28>(y, e.col(0))), ye2(multiply<28>(y, e.col(1))), normal(cross<27>(ye1, ye2)) {
         const std::int64_t b11_q56 = squared_norm(ye1);
         const std::int64_t b22_q56 = squared_norm(ye2);
-        std::int64_t b12_q56 = 0;
-        std::uint64_t normal_squared_q54 = 0;
-        for (Index i = 0; i < 3; ++i) {
-            b12_q56 += std::int64_t{ye1(i).raw()} * ye2(i).raw();
-            normal_squared_q54 += static_cast<std::uint64_t>(std::int64_t{normal(i).raw()} * normal(i).raw());
-        }
         b11 = shift_right_rounded(b11_q56, 29);
         b22 = shift_right_rounded(b22_q56, 29);
-        b12 = shift_right_rounded(b12_q56, 29);
-        root = square_root(normal_squared_q54);
+        b12 = shift_right_rounded(exact_dot(ye1, ye2), 29);
+        root = square_root(static_cast<std::uint64_t>(exact_dot(normal, normal)));
         sum = root_q28(b11_q56 + b22_q56 + root * (std::int64_t{1} << 30));
     }
 

@@ -25,6 +25,17 @@ Fixed<Out> dot(const Dense<A>& a, const Dense<B>& b) {
     return Fixed<Out>::from_raw(saturate(shift_right_rounded(sum, kBits)));
 }
 
+/// a . b with the fraction bits of both, exact. It must fit into 64 bits.
+template <typename A, typename B>
+std::int64_t exact_dot(const Dense<A>& a, const Dense<B>& b) {
+    static_assert(A::kSize == B::kSize);
+    std::int64_t sum = 0;
+    for (Index i = 0; i < A::kSize; ++i) {
+        sum += std::int64_t{a(i).raw()} * b(i).raw();
+    }
+    return sum;
+}
+
 /// Product a b with inner dimension three; each entry is computed by dot().
 template <int Out, typename A, typename B>
 Matrix<Fixed<Out>, A::kRows, B::kColumns> multiply(const Dense<A>& a, const Dense<B>& b) {

@@ -9,14 +9,11 @@ constexpr Fixed<31> kThird = Fixed<31>::from(1.0 / 3);
 
 /// True if the length is one within 1/64. The stated ranges assume this.
 bool is_unit(const Vec3<Unit>& v) {
-    std::int64_t squared = 0;
-    for (Index i = 0; i < 3; ++i) {
-        if (abs(v(i)) > Unit::from(1 + 1.0 / 64)) {
-            return false;
-        }
-        squared += std::int64_t{v(i).raw()} * v(i).raw();
+    constexpr Unit kLongest = Unit::from(1 + 1.0 / 64);
+    if (!v.all([](Unit entry) { return abs(entry) <= kLongest; })) {
+        return false;
     }
-    const std::int64_t off = squared - (std::int64_t{1} << 60);
+    const std::int64_t off = exact_dot(v, v) - (std::int64_t{1} << 60);
     return off < (std::int64_t{1} << 55) && off > -(std::int64_t{1} << 55);
 }
 
@@ -26,13 +23,8 @@ bool is_rotation(const Mat3<Unit>& o) {
     if (!is_unit(o.row(0)) || !is_unit(o.row(1)) || !is_unit(o.row(2)) || abs(dot<30>(o.row(0), o.row(1))) > tolerance) {
         return false;
     }
-    const Vec3<Unit> third = cross<30>(o.row(0), o.row(1));
-    for (Index i = 0; i < 3; ++i) {
-        if (abs(third(i) - o(2, i)) > tolerance) {
-            return false;
-        }
-    }
-    return true;
+    const Vec3<Unit> off = cross<30>(o.row(0), o.row(1)) - Vec3<Unit>(o.row(2));
+    return off.all([tolerance](Unit entry) { return abs(entry) <= tolerance; });
 }
 
 /// Increments of (15) and (16): strength in units of the block, the rest in radians, each at most one.

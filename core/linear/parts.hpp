@@ -44,6 +44,17 @@ struct Layout<Block<E, Rows, Columns, RowStep, ColumnStep>> {
     static constexpr int kColumnStep = ColumnStep;
 };
 
+/// Function template that returns a part: of a matrix, and of a constant matrix, whose part is constant.
+#define TRICOIL_PART(signature, part, ...) \
+    template <__VA_ARGS__>                 \
+    constexpr auto signature const {       \
+        return part;                       \
+    }                                      \
+    template <__VA_ARGS__>                 \
+    constexpr auto signature {             \
+        return part;                       \
+    }
+
 /// Entries of a matrix, and its parts, which refer to it. Base of Dense.
 template <typename Derived>
 class Parts {
@@ -95,86 +106,16 @@ public:
     constexpr auto row(Index i) { return block<1, kColumns>(i, 0); }
     constexpr auto col(Index j) const { return block<kRows, 1>(0, j); }
     constexpr auto col(Index j) { return block<kRows, 1>(0, j); }
-    template <int Rows, int Columns>
-    constexpr auto topLeftCorner() const {
-        return block<Rows, Columns>(0, 0);
-    }
-    template <int Rows, int Columns>
-    constexpr auto topLeftCorner() {
-        return block<Rows, Columns>(0, 0);
-    }
-    template <int Rows, int Columns>
-    constexpr auto topRightCorner() const {
-        return block<Rows, Columns>(0, kColumns - Columns);
-    }
-    template <int Rows, int Columns>
-    constexpr auto topRightCorner() {
-        return block<Rows, Columns>(0, kColumns - Columns);
-    }
-    template <int Rows, int Columns>
-    constexpr auto bottomLeftCorner() const {
-        return block<Rows, Columns>(kRows - Rows, 0);
-    }
-    template <int Rows, int Columns>
-    constexpr auto bottomLeftCorner() {
-        return block<Rows, Columns>(kRows - Rows, 0);
-    }
-    template <int Rows, int Columns>
-    constexpr auto bottomRightCorner() const {
-        return block<Rows, Columns>(kRows - Rows, kColumns - Columns);
-    }
-    template <int Rows, int Columns>
-    constexpr auto bottomRightCorner() {
-        return block<Rows, Columns>(kRows - Rows, kColumns - Columns);
-    }
-    template <int N>
-    constexpr auto topRows() const {
-        return block<N, kColumns>(0, 0);
-    }
-    template <int N>
-    constexpr auto topRows() {
-        return block<N, kColumns>(0, 0);
-    }
-    template <int N>
-    constexpr auto bottomRows() const {
-        return block<N, kColumns>(kRows - N, 0);
-    }
-    template <int N>
-    constexpr auto bottomRows() {
-        return block<N, kColumns>(kRows - N, 0);
-    }
-    template <int N>
-    constexpr auto middleRows(Index i) const {
-        return block<N, kColumns>(i, 0);
-    }
-    template <int N>
-    constexpr auto middleRows(Index i) {
-        return block<N, kColumns>(i, 0);
-    }
-    template <int N>
-    constexpr auto leftCols() const {
-        return block<kRows, N>(0, 0);
-    }
-    template <int N>
-    constexpr auto leftCols() {
-        return block<kRows, N>(0, 0);
-    }
-    template <int N>
-    constexpr auto middleCols(Index j) const {
-        return block<kRows, N>(0, j);
-    }
-    template <int N>
-    constexpr auto middleCols(Index j) {
-        return block<kRows, N>(0, j);
-    }
-    template <int N>
-    constexpr auto rightCols() const {
-        return block<kRows, N>(0, kColumns - N);
-    }
-    template <int N>
-    constexpr auto rightCols() {
-        return block<kRows, N>(0, kColumns - N);
-    }
+    TRICOIL_PART(topLeftCorner(), (block<Rows, Columns>(0, 0)), int Rows, int Columns)
+    TRICOIL_PART(topRightCorner(), (block<Rows, Columns>(0, kColumns - Columns)), int Rows, int Columns)
+    TRICOIL_PART(bottomLeftCorner(), (block<Rows, Columns>(kRows - Rows, 0)), int Rows, int Columns)
+    TRICOIL_PART(bottomRightCorner(), (block<Rows, Columns>(kRows - Rows, kColumns - Columns)), int Rows, int Columns)
+    TRICOIL_PART(topRows(), (block<N, kColumns>(0, 0)), int N)
+    TRICOIL_PART(bottomRows(), (block<N, kColumns>(kRows - N, 0)), int N)
+    TRICOIL_PART(middleRows(Index i), (block<N, kColumns>(i, 0)), int N)
+    TRICOIL_PART(leftCols(), (block<kRows, N>(0, 0)), int N)
+    TRICOIL_PART(middleCols(Index j), (block<kRows, N>(0, j)), int N)
+    TRICOIL_PART(rightCols(), (block<kRows, N>(0, kColumns - N)), int N)
     template <int N>
     constexpr auto segment(Index i) const {
         return Block < const Scalar, kColumns == 1 ? N : 1, kColumns == 1 ? 1 : N, kRowStep, kColumnStep > (&(*this)(i));
@@ -183,22 +124,8 @@ public:
     constexpr auto segment(Index i) {
         return Block < Element, kColumns == 1 ? N : 1, kColumns == 1 ? 1 : N, kRowStep, kColumnStep > (&(*this)(i));
     }
-    template <int N>
-    constexpr auto head() const {
-        return segment<N>(0);
-    }
-    template <int N>
-    constexpr auto head() {
-        return segment<N>(0);
-    }
-    template <int N>
-    constexpr auto tail() const {
-        return segment<N>(kSize - N);
-    }
-    template <int N>
-    constexpr auto tail() {
-        return segment<N>(kSize - N);
-    }
+    TRICOIL_PART(head(), (segment<N>(0)), int N)
+    TRICOIL_PART(tail(), (segment<N>(kSize - N)), int N)
     constexpr auto transpose() const { return Block<const Scalar, kColumns, kRows, kColumnStep, kRowStep>(first()); }
     constexpr auto transpose() { return Block<Element, kColumns, kRows, kColumnStep, kRowStep>(first()); }
     constexpr auto diagonal() const { return Block<const Scalar, kDiagonal, 1, kRowStep + kColumnStep, 0>(first()); }
@@ -240,5 +167,6 @@ private:
         }
     }
 };
+#undef TRICOIL_PART
 
 }  // namespace tricoil

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "core/base/precision.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/selfcheck/checks.hpp"
@@ -54,8 +53,6 @@ void check_field(Report& report) {
 }
 
 template void check_field<float>(Report&);
-#if TRICOIL_DOUBLE
 template void check_field<double>(Report&);
-#endif
 
 }  // namespace tricoil::selfcheck

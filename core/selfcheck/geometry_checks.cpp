@@ -1,6 +1,5 @@
 #include <numbers>
 
-#include "core/base/precision.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/selfcheck/checks.hpp"
@@ -149,8 +148,6 @@ void check_geometry(Report& report) {
 }
 
 template void check_geometry<float>(Report&);
-#if TRICOIL_DOUBLE
 template void check_geometry<double>(Report&);
-#endif
 
 }  // namespace tricoil::selfcheck

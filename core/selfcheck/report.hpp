@@ -64,14 +64,8 @@ constexpr std::size_t kMaxChecks = 80;
 class Report {
 public:
     void add(CheckId id, Precision precision, const char* what, double measured, double limit) {
-        Check check;
-        check.id = id;
-        check.precision = precision;
-        check.outcome = measured <= limit ? Outcome::pass : Outcome::fail;
-        check.limit = static_cast<float>(limit);
-        check.measured = static_cast<float>(measured);
-        check.what = what;
-        add(check);
+        const Outcome outcome = measured <= limit ? Outcome::pass : Outcome::fail;
+        add({id, precision, outcome, static_cast<float>(limit), static_cast<float>(measured), what});
     }
 
     /// Adds a complete row, for example one received from a device. A row marked as passed fails if it exceeds its limit.
@@ -83,13 +77,7 @@ public:
     }
 
     /// Adds a row for a feature that this device does not have.
-    void add_absent(CheckId id, const char* what) {
-        Check check;
-        check.id = id;
-        check.outcome = Outcome::absent;
-        check.what = what;
-        add(check);
-    }
+    void add_absent(CheckId id, const char* what) { add({id, Precision::none, Outcome::absent, 0, 0, what}); }
 
     [[nodiscard]] const StaticVector<Check, kMaxChecks>& checks() const { return checks_; }
 

@@ -253,27 +253,6 @@ private:
 }  // namespace
 
 template <typename Scalar>
-Result<RigidPose<Scalar>> corrected_direct(const Model<Scalar>& model, const Mat3<Scalar>& x, const Vec3<Scalar>& towards,
-                                           int passes) {
-    const Centred<Scalar> centred(model);
-    const Gains<Scalar> gains(model);
-    Mat3<Scalar> corrected = gains.undo(x);
-    Vec3<Scalar> side = towards;
-    for (int pass = 0;; ++pass) {
-        const auto solution = solve_direct<Scalar>(corrected, Scalar(1));
-        if (!solution.ok()) {
-            return solution.status();
-        }
-        const RigidPose<Scalar> pose = pose_of<Scalar>(*solution, side);
-        if (pass == passes) {
-            return centred.original(pose);
-        }
-        corrected = as_concentric(gains, x, pose, model_at(centred.model, pose));
-        side = pose.position_m;
-    }
-}
-
-template <typename Scalar>
 Result<ColdSolution<Scalar>> solve_cold(const Model<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
                                         const ColdStartParams<Scalar>& params) {
     Search<Scalar> search(model, x, weights, params);
@@ -285,12 +264,10 @@ Result<ColdSolution<Scalar>> solve_cold(const Model<Scalar>& model, const Mat3<S
 }
 
 #if TRICOIL_FLOAT_TRACKERS
-template Result<RigidPose<float>> corrected_direct(const Model<float>&, const Mat3<float>&, const Vec3<float>&, int);
 template Result<ColdSolution<float>> solve_cold(const Model<float>&, const Mat3<float>&, const Mat3<float>&,
                                                 const ColdStartParams<float>&);
 #endif
 #if TRICOIL_DOUBLE
-template Result<RigidPose<double>> corrected_direct(const Model<double>&, const Mat3<double>&, const Vec3<double>&, int);
 template Result<ColdSolution<double>> solve_cold(const Model<double>&, const Mat3<double>&, const Mat3<double>&,
                                                  const ColdStartParams<double>&);
 #endif

@@ -25,16 +25,11 @@ struct ColdSolution {
     bool right_handed = true;    // false: a coil is reversed or two are swapped, and the pose is meaningless
 };
 
-/// Direct solution of couplings from which the gains and the difference between general and concentric model are removed. The
-/// difference is computed at the last solution, `passes` times; the first solution uses the gain-corrected couplings. `towards`:
-/// half space. Errors: as solve_direct; not_finite also if the moments or the sensitivities are linearly dependent.
-template <typename Scalar>
-Result<RigidPose<Scalar>> corrected_direct(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x,
-                                           const Vec3<Scalar>& towards, int passes);
-
-/// Refines the better of the corrected direct solutions of both hemispheres, and the other one unless the first misfit is clearly
-/// small (clear_share). If no refinement converged, or none is clear near the coils, it also starts from other directions.
-/// refinement.converged() is false if none converged. Errors: as refine and corrected_direct.
+/// Starts from the direct solutions of both hemispheres. The couplings that they solve are without the gains, and without the
+/// difference between general and concentric model at the last solution (`passes` times). Refines the better solution, and the
+/// other one unless the first misfit is clearly small (clear_share). If no refinement converged, or none is clear near the coils,
+/// it also starts from other directions. refinement.converged() is false if none converged. Errors: as refine and solve_direct;
+/// not_finite also if the moments or the sensitivities are linearly dependent.
 template <typename Scalar>
 Result<ColdSolution<Scalar>> solve_cold(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x,
                                         const Mat3<Scalar>& weights, const ColdStartParams<Scalar>& params = {});

@@ -9,6 +9,7 @@
 #include "core/geometry/rotations.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/solver/cold_start.hpp"
+#include "core/solver/direct.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/solver/refine.hpp"
 #include "sim/motion/simple_motions.hpp"
@@ -212,10 +213,11 @@ TEST(Refine, EqualsTheDirectSolutionOnIdealTriads) {
         const double k = 1 / std::pow(p.norm(), 3);
         const double sigma = 1e-3 * k;
         const Mat3<double> x = couplings(model, p, q) + sigma * random.gaussian_matrix();
-        const auto direct = corrected_direct<double>(model, x, p, 0);
+        const auto direct = solve_direct<double>(x, 1.0);
         const auto refined = refine<double>(model, x, Mat3<double>::Constant(1 / sigma), {p, q});
         ASSERT_TRUE(direct.ok() && refined.ok());
-        EXPECT_LT((direct->position_m - refined->pose.position_m).norm(), 1e-6 * p.norm());
+        const double side = direct->direction.dot(p) < 0 ? -1 : 1;
+        EXPECT_LT((side * direct->range_m * direct->direction - refined->pose.position_m).norm(), 1e-6 * p.norm());
         const Vec3<double> u = refined->pose.position_m.normalized();
         const Mat6<double> bound =
             pose_covariance<double>(1 / std::pow(refined->pose.position_m.norm(), 3), refined->pose.position_m.norm(), u, sigma);

@@ -59,12 +59,19 @@ private:
     std::normal_distribution<double> normal_;
 };
 
-MetalBias make() { return MetalBias({test::kDualBandCoupling, 24, 1e-6}); }
+/// quadrature_floor: 1: unknown.
+MetalBias make_bias(double quadrature_floor = 1) {
+    CommonParams<double> params;
+    params.coupling_constant = test::kDualBandCoupling;
+    params.misfit_floor = 1e-6;
+    params.quadrature_floor = quadrature_floor;
+    return MetalBias(params, {});
+}
 
 TEST(MetalBias, IsThatOfTheHighBand) {
     for (const double share : {-0.1, 0.0, 0.3, 0.7, 1.6, 2.5}) {
         Bench bench(share, -1e-4);
-        MetalBias bias = make();
+        MetalBias bias = make_bias();
         bench.run(bias, 80);
         const auto estimate = bias.estimate();
         ASSERT_TRUE(estimate);
@@ -81,11 +88,7 @@ TEST(MetalBias, IsThatOfTheHighBand) {
 /// do as well; tests/honesty/dual_band_test.cpp has metal with unequal ones.
 TEST(MetalBias, QuadraturesGiveIt) {
     const auto position_with = [](double quadrature_floor) {
-        MetalBiasParams params;
-        params.coupling_constant = test::kDualBandCoupling;
-        params.misfit_floor = 1e-6;
-        params.quadrature_floor = quadrature_floor;
-        MetalBias bias(params);
+        MetalBias bias = make_bias(quadrature_floor);
         Bench bench(Ratios{0.77, 0.251, 0.077}, -1e-4, 1e-6);
         bench.run(bias, 80);
         const Bias position = bias.estimate()->position_m;
@@ -99,7 +102,7 @@ TEST(MetalBias, QuadraturesGiveIt) {
 
 TEST(MetalBias, IsZeroWithoutMetal) {
     Bench bench(0.3, 0);
-    MetalBias bias = make();
+    MetalBias bias = make_bias();
     int used = 0;
     for (int n = 0; n < 300; ++n) {
         bench.run(bias, 1);
@@ -112,7 +115,7 @@ TEST(MetalBias, IsZeroWithoutMetal) {
 
 TEST(MetalBias, SuddenMetalStartsANewWindow) {
     Bench bench(0.1, 0);
-    MetalBias bias = make();
+    MetalBias bias = make_bias();
     bench.run(bias, 60);
     ASSERT_TRUE(bias.estimate());
     bench.set_effect(-1e-4);

@@ -87,14 +87,11 @@ private:
             return too_old(coil, time);
         }
         const auto known = std::find_if(instants_.begin(), instants_.end(), [&](const auto& i) { return i.time == time; });
-        if (known != instants_.end() && (known->coils & bit(coil)) != 0U) {
-            return Verdict::duplicate;
-        }
-        if (known == instants_.end() && time <= forgotten_) {
-            return too_old(coil, time);
-        }
         if (known != instants_.end()) {
             return add_to(*known, coil, Verdict::late);
+        }
+        if (time <= forgotten_) {
+            return too_old(coil, time);
         }
         (void)enter(coil, time);
         return Verdict::late;

@@ -12,15 +12,19 @@ class PreviousTracker final : public MatrixTracker<Scalar> {
 
 public:
     /// `params` must pass check() and hold PreviousParams.
-    explicit PreviousTracker(const TrackerParams<Scalar>& params, const Correction& correction = std::nullopt);
+    explicit PreviousTracker(const TrackerParams<Scalar>& params, const Correction& correction = std::nullopt)
+        : PreviousTracker(params.common, *std::get_if<PreviousParams>(&params.method), correction) {}
 
 private:
-    Result<Pose> do_step(const Mat3<Scalar>& x, const Pose& last) override;
+    PreviousTracker(const CommonParams<Scalar>& common, const PreviousParams& params, const Correction& correction)
+        : MatrixTracker<Scalar>(common, params.deskew, {error_model::SolverForm::previous_vectors, params.passes}, correction),
+          passes_(params.passes) {}
+
+    Result<Pose> do_step(const Mat3<Scalar>& x, const Pose& last) override {
+        return solver::step_vectors(x, this->params().coupling_constant, last, passes_);
+    }
 
     int passes_;
 };
-
-extern template class PreviousTracker<float>;
-extern template class PreviousTracker<double>;
 
 }  // namespace tricoil::tracking

@@ -10,29 +10,12 @@ namespace tricoil::tracking {
 
 namespace {
 
-/// common: of corrected columns.
-MetalBiasParams bias_params(const CommonParams<double>& common, const DualBandParams& bands,
-                            const Tracker<double>::Correction& correction) {
-    MetalBiasParams params;
-    params.coupling_constant = common.coupling_constant;
-    params.window_frames = bands.window_frames;
-    params.misfit_floor = common.misfit_floor;
-    params.quadrature_floor = common.quadrature_floor;
+/// Parameters with the quadrature floor of both bands.
+CommonParams<double> of_both_bands(CommonParams<double> common, const Tracker<double>::Correction& correction) {
     if (correction) {
-        params.quadrature_floor = std::max(params.quadrature_floor, correction->low_band().quadrature_floor);
+        common.quadrature_floor = std::max(common.quadrature_floor, correction->low_band().quadrature_floor);
     }
-    params.quadrature_lag_s = common.quadrature_lag_s;
-    params.frame_s = bands.frame_s;
-    return params;
-}
-
-MeanQuadratureParams quadrature_params(const CommonParams<double>& common, const DualBandParams& bands,
-                                       const Tracker<double>::Correction& correction) {
-    MeanQuadratureParams params{bands.frame_s, bands.window_frames, common.quadrature_lag_s};
-    if (correction) {
-        params.motion_lag_s = correction->low_band().motion_lag_s;
-    }
-    return params;
+    return common;
 }
 
 Mat3<double> quadrature_of(const SignalMatrixAssembler<double>& columns) {
@@ -46,8 +29,9 @@ Mat3<double> quadrature_of(const SignalMatrixAssembler<double>& columns) {
 DualBandTracker::DualBandTracker(const TrackerParams<double>& params, const Correction& correction)
     : DirectTracker<double>({params.common, DirectParams{}}, correction),
       frame_s_(std::get_if<DualBandParams>(&params.method)->frame_s),
-      bias_(bias_params(this->params(), *std::get_if<DualBandParams>(&params.method), correction)),
-      mean_quadrature_(quadrature_params(this->params(), *std::get_if<DualBandParams>(&params.method), correction)) {}
+      bias_(of_both_bands(this->params(), correction), *std::get_if<DualBandParams>(&params.method)),
+      mean_quadrature_(*std::get_if<DualBandParams>(&params.method), this->params().quadrature_lag_s,
+                       correction ? correction->low_band().motion_lag_s : Mat3<double>::Zero()) {}
 
 void DualBandTracker::do_set_hemisphere(const Vec3<double>& towards) {
     DirectTracker<double>::do_set_hemisphere(towards);

@@ -42,17 +42,18 @@ Present extrapolate(const Vec3<double>& mean, const Vec3<double>& before, double
 
 }  // namespace
 
-MetalBias::MetalBias(const MetalBiasParams& params)
-    : params_(params),
-      model_(field::GeneralDipole<double>::concentric(params.coupling_constant)),
-      window_(params.window_frames),
-      share_(params.window_frames),
-      ratios_(params.window_frames) {}
+MetalBias::MetalBias(const CommonParams<double>& common, const DualBandParams& bands)
+    : common_(common),
+      bands_(bands),
+      model_(field::GeneralDipole<double>::concentric(common.coupling_constant)),
+      window_(bands.window_frames),
+      share_(bands.window_frames),
+      ratios_(bands.window_frames) {}
 
 void MetalBias::clear() {
     window_.clear();
-    share_ = BandShare(params_.window_frames);
-    ratios_ = SignalRatios(params_.window_frames);
+    share_ = BandShare(bands_.window_frames);
+    ratios_ = SignalRatios(bands_.window_frames);
     spectrum_.reset();
     has_frame_ = false;
 }
@@ -105,8 +106,8 @@ void MetalBias::add_low(const ComplexCouplings& couplings, double sigma) {
     window_.add(frame);
     if (window_.has_mean()) {
         const BandComparison now = comparison(0);
-        share_.add(now.low_misfit(), now.high_misfit, now.low_variance, params_.misfit_floor * strength());
-        if (params_.quadrature_floor < 1) {
+        share_.add(now.low_misfit(), now.high_misfit, now.low_variance, common_.misfit_floor * strength());
+        if (common_.quadrature_floor < 1) {
             ratios_.add(now.misfit, now.high_misfit, noise(now));
             spectrum_ = MetalSpectrum::fit(ratios_.value(), ratios_.variance());
         }
@@ -119,7 +120,7 @@ bool MetalBias::rests() const {
     return window_.change().norm() < kRest * high_.norm();
 }
 
-double MetalBias::strength() const { return field::coupling_strength(params_.coupling_constant, pose_.position_m.norm()); }
+double MetalBias::strength() const { return field::coupling_strength(common_.coupling_constant, pose_.position_m.norm()); }
 
 BandComparison MetalBias::comparison(int age) const { return BandComparison(window_.mean(age), pose_.position_m.norm()); }
 
@@ -131,12 +132,12 @@ double MetalBias::difference_ratio() const { return spectrum_ ? ratios_.value()(
 MetalSignals MetalBias::noise(const BandComparison& window) const {
     constexpr double kLowLag = 0.5;    // of a frame
     constexpr double kLeakage = 2e-6;  // quadrature of one coil by the others, relative to k
-    const double window_s = window_.frames() * params_.frame_s;
+    const double window_s = window_.frames() * bands_.frame_s;
     const double rate_squared = window_.change().squaredNorm() / 9 / (window_s * window_s);
-    const double floor = std::max(params_.quadrature_floor, kLeakage) * strength();
+    const double floor = std::max(common_.quadrature_floor, kLeakage) * strength();
     const auto by_motion = [&](double lag_s) { return lag_s * lag_s * rate_squared + floor * floor; };
-    return {window.low_variance + by_motion(kLowLag * params_.frame_s),
-            high_variance_ / window_.frames() + by_motion(params_.quadrature_lag_s),
+    return {window.low_variance + by_motion(kLowLag * bands_.frame_s),
+            high_variance_ / window_.frames() + by_motion(common_.quadrature_lag_s),
             window.low_variance + systematic_ * systematic_};
 }
 
@@ -152,7 +153,7 @@ MetalBias::Extrapolation MetalBias::by_spectrum(const BandComparison& window) co
     constexpr double kHiddenSquare = 4;
     const double left = (window.high_misfit - window.misfit * weights).squaredNorm() / 3;
     // The misfit of the coils is in no signal. Noise changes the ratios and so the weights.
-    const double floor = params_.misfit_floor * strength();
+    const double floor = common_.misfit_floor * strength();
     const double by_floor_squared = 3 * floor * floor / std::max(misfit_squared, 1e-30);
     const double by_ratios_squared = weights.cwiseAbs2().dot(ratios_.variance());
     return {weights, variance + kHiddenSquare * left, std::sqrt(by_floor_squared + by_ratios_squared)};

@@ -11,15 +11,6 @@
 
 namespace tricoil::tracking {
 
-struct MetalBiasParams {
-    double coupling_constant = 1;
-    int window_frames = 24;          // a whole number of mains cycles
-    double misfit_floor = 0;         // misfit of calibrated coils per coupling, relative to the coupling strength k
-    double quadrature_floor = 1;     // quadrature of clean coils in both bands, likewise; 1: unknown, quadratures are not used
-    double quadrature_lag_s = 1e-4;  // as CommonParams::quadrature_lag_s
-    double frame_s = 1.0 / 240;
-};
-
 struct ComplexCouplings {
     Mat3<double> in_phase = Mat3<double>::Zero();
     Mat3<double> quadrature = Mat3<double>::Zero();
@@ -51,7 +42,8 @@ struct MetalBiasEstimate {
 /// Metal that comes or goes within one frame starts a new window.
 class MetalBias {
 public:
-    explicit MetalBias(const MetalBiasParams& params);
+    /// common: of corrected columns, with the quadrature floor of both bands; 1: unknown, quadratures are not used.
+    MetalBias(const CommonParams<double>& common, const DualBandParams& bands);
 
     /// One frame of the high band, with the pose that solves it.
     void add_high(const ComplexCouplings& couplings, const solver::RigidPose<double>& pose);
@@ -83,7 +75,8 @@ private:
     [[nodiscard]] double strength() const;
     [[nodiscard]] bool rests() const;
 
-    MetalBiasParams params_;
+    CommonParams<double> common_;
+    DualBandParams bands_;
     field::GeneralDipole<double> model_;
     BandWindow window_;
     BandShare share_;

@@ -1,6 +1,7 @@
 // Kalman filter: state, covariance and process noise, updated with one column at a time.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "core/tracking/scaat/acquisition.hpp"
@@ -27,7 +28,11 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 class Estimator {
 public:
     Estimator(const ScaatParams<Scalar>& params, const Model& model, TrackerCounters& counters)
-        : params_(params), model_(model), counters_(counters), limits_(params.process) {
+        : params_(params),
+          model_(model),
+          counters_(counters),
+          translation_limits_{std::log(params.process.least_m2_s3), std::log(params.process.most_m2_s3)},
+          rotation_limits_{std::log(params.process.least_rad2_s3), std::log(params.process.most_rad2_s3)} {
         reset_adaptation();
     }
 
@@ -70,8 +75,6 @@ public:
     [[nodiscard]] CoilHistory& history() { return history_; }
     [[nodiscard]] const CoilHistory& history() const { return history_; }
     [[nodiscard]] Intensity<Scalar> intensity() const;
-    /// Windowed mean of squared innovations per degree of freedom; expectation 1.
-    [[nodiscard]] Scalar consistency() const { return consistency_; }
     /// Factor by which recent innovations and their noise exceed the covariance.
     [[nodiscard]] Scalar covariance_factor() const { return std::max({noise_.excess(), consistency_, outlier_inflation_}); }
     [[nodiscard]] bool is_inconsistent() const { return std::max(consistency_, noise_.excess()) > params_.inconsistent_above; }
@@ -106,10 +109,12 @@ private:
     const ScaatParams<Scalar>& params_;
     const Model& model_;
     TrackerCounters& counters_;
-    ProcessNoiseLimits<Scalar> limits_;
+    DensityLimits<Scalar> translation_limits_;
+    DensityLimits<Scalar> rotation_limits_;
     State<Scalar> state_;
-    ProcessNoiseState<Scalar> process_;
-    Scalar consistency_ = 1;
+    DensityEstimate<Scalar> translation_;
+    DensityEstimate<Scalar> rotation_;
+    Scalar consistency_ = 1;        // windowed mean of squared innovations per degree of freedom; expectation 1
     Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kInflateAbove, decaying
     NoiseCheck<Scalar> noise_;
     CoilHistory history_;

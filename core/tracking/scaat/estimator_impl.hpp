@@ -18,12 +18,8 @@ void Estimator<Scalar, Model>::start(const StartPose<Scalar>& pose, const std::o
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::reset_adaptation() {
-    process_ = {std::log(params_.process.start_m2_s3),
-                std::log(params_.process.start_rad2_s3),
-                Scalar(1),
-                Scalar(1),
-                Scalar(0),
-                Scalar(0)};
+    translation_ = {std::log(params_.process.start_m2_s3)};
+    rotation_ = {std::log(params_.process.start_rad2_s3)};
     consistency_ = 1;
     outlier_inflation_ = 0;
     noise_.restart();
@@ -93,10 +89,13 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
                                                    bool in_frame) {
-    const auto& n = params_.process;
-    const auto least = [&](int block, Scalar unit_squared, Scalar limit, Scalar present) {
+    const auto adapt_block = [&](int block, Scalar unit_squared, DensityLimits<Scalar> limits, DensityEstimate<Scalar>& q,
+                                 const Mat3<Scalar>& share) {
         const Scalar variance = state_.covariance.template block<3, 3>(block, block).trace();
-        return variance < Scalar(kFineEnough * kFineEnough) * unit_squared ? std::max(limit, present) : limit;
+        if (variance < Scalar(kFineEnough * kFineEnough) * unit_squared) {
+            limits.least = std::max(limits.least, q.log_q);
+        }
+        adapt(q, limits, share, whitened, params_.process);
     };
     const Scalar range_squared = state_.position_m.squaredNorm();
     const auto share = [&](int block) -> Mat3<Scalar> {
@@ -111,13 +110,8 @@ void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& inn
         translation *= factor;
         rotation *= factor;
     }
-    process_.log_translation = std::clamp(adapted_log<Scalar>(process_.log_translation, process_.information_translation,
-                                                              process_.score_translation, translation, whitened, n),
-                                          least(0, range_squared, limits_.least_log_translation, process_.log_translation),
-                                          limits_.most_log_translation);
-    process_.log_rotation = std::clamp(
-        adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, rotation, whitened, n),
-        least(3, Scalar(1), limits_.least_log_rotation, process_.log_rotation), limits_.most_log_rotation);
+    adapt_block(0, range_squared, translation_limits_, translation_, translation);
+    adapt_block(3, Scalar(1), rotation_limits_, rotation_, rotation);
 }
 
 /// Multiplies the covariance of the prediction, and the process noise.
@@ -125,8 +119,8 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::inflate_covariance(Scalar factor) {
     const Scalar log_factor = std::log(factor);
     state_.covariance *= factor;
-    process_.log_translation = std::min(process_.log_translation + log_factor, limits_.most_log_translation);
-    process_.log_rotation = std::min(process_.log_rotation + log_factor, limits_.most_log_rotation);
+    translation_.log_q = std::min(translation_.log_q + log_factor, translation_limits_.most);
+    rotation_.log_q = std::min(rotation_.log_q + log_factor, rotation_limits_.most);
     ++counters_.covariance_inflations;
 }
 
@@ -156,7 +150,7 @@ void Estimator<Scalar, Model>::predict(State<Scalar>& state, Microseconds ahead)
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Intensity<Scalar> Estimator<Scalar, Model>::intensity() const {
-    return {std::exp(process_.log_translation), std::exp(process_.log_rotation)};
+    return {std::exp(translation_.log_q), std::exp(rotation_.log_q)};
 }
 
 }  // namespace tricoil::tracking::scaat

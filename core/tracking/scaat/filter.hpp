@@ -29,7 +29,6 @@ public:
         return {estimator_.state(), estimator_.intensity(), estimator_.covariance_factor(), is_running_ ? starts_ : 0,
                 this->counters_.covariance_inflations};
     }
-    [[nodiscard]] Scalar consistency() const { return estimator_.consistency(); }
 
 protected:
     using typename Tracker<Scalar>::Correction;
