@@ -6,19 +6,12 @@
 namespace tricoil::tracking {
 
 template <typename Scalar>
-class DirectTracker : public MatrixTracker<Scalar> {
-    using typename MatrixTracker<Scalar>::Pose;
-
+class DirectTracker final : public MatrixTracker<Scalar> {
 public:
     using typename Tracker<Scalar>::Correction;
     /// `params` must pass check() and hold DirectParams.
     explicit DirectTracker(const TrackerParams<Scalar>& params, const Correction& correction = std::nullopt)
         : MatrixTracker<Scalar>(params.common, std::get_if<DirectParams>(&params.method)->deskew, {}, correction) {}
-
-private:
-    Result<Pose> do_step(const Mat3<Scalar>&, const Pose&) override {
-        return Status{StatusCode::not_ready, "every pose is direct"};
-    }
 };
 
 static_assert(sizeof(DirectTracker<float>) <= 2304, "size of a tracker in float without a filter");

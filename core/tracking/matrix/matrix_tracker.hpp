@@ -34,8 +34,10 @@ protected:
 
 private:
     /// Step of the method from the last pose. not_ready: the method has no step.
-    virtual Result<Pose> do_step(const Mat3<Scalar>& x, const Pose& last) = 0;
-    /// Changes the pose of `columns`, its covariance and flags.
+    virtual Result<Pose> do_step(const Mat3<Scalar>& /*x*/, const Pose& /*last*/) {
+        return Status{StatusCode::not_ready, "every pose is direct"};
+    }
+    /// Changes the pose of `columns`, its covariance and flags. A method that keeps poses also overrides do_set_hemisphere().
     virtual void do_refine(const SignalMatrixAssembler<Scalar>& /*columns*/, PoseEstimate<Scalar>& /*estimate*/) {}
 
     std::optional<PoseEstimate<Scalar>> do_update(const Column<Scalar>& column, bool is_late) final;

@@ -27,14 +27,14 @@ Mat3<double> quadrature_of(const SignalMatrixAssembler<double>& columns) {
 }  // namespace
 
 DualBandTracker::DualBandTracker(const TrackerParams<double>& params, const Correction& correction)
-    : DirectTracker<double>({params.common, DirectParams{}}, correction),
+    : MatrixTracker<double>(params.common, false, {}, correction),
       frame_s_(std::get_if<DualBandParams>(&params.method)->frame_s),
       bias_(of_both_bands(this->params(), correction), *std::get_if<DualBandParams>(&params.method)),
       mean_quadrature_(*std::get_if<DualBandParams>(&params.method), this->params().quadrature_lag_s,
                        correction ? correction->low_band().motion_lag_s : Mat3<double>::Zero()) {}
 
 void DualBandTracker::do_set_hemisphere(const Vec3<double>& towards) {
-    DirectTracker<double>::do_set_hemisphere(towards);
+    MatrixTracker<double>::do_set_hemisphere(towards);
     bias_.clear();
 }
 

@@ -1,7 +1,7 @@
 // Tracker for two bands: poses at the frame rate, with the error that metal causes removed.
 #pragma once
 
-#include "core/tracking/matrix/direct_tracker.hpp"
+#include "core/tracking/matrix/matrix_tracker.hpp"
 #include "core/tracking/metal/mean_quadrature.hpp"
 #include "core/tracking/metal/metal_bias.hpp"
 
@@ -10,10 +10,10 @@ namespace tricoil::tracking {
 /// Standard deviation of a coupling of the pose by noise.
 double coupling_noise(const PoseEstimate<double>& estimate, double coupling_constant);
 
-/// The direct tracker solves the high band and decides signal, hemisphere and continuity. MetalBias compares it with the low
+/// The direct solver solves the high band and decides signal, hemisphere and continuity. MetalBias compares it with the low
 /// band. The pose is that of both bands, or that of the high band with the bias as an additional error, whichever has the smaller
 /// standard deviation. `distorted`: also if the bias exceeds five standard deviations.
-class DualBandTracker final : public DirectTracker<double> {
+class DualBandTracker final : public MatrixTracker<double> {
 public:
     /// Errors (invalid_argument) of a correction that this tracker cannot use: surroundings are known for the high band only.
     static Status check(const Correction& correction) {
