@@ -1,12 +1,17 @@
 #include "sim/front_end/front_end.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
+#include "core/calibration/blob.hpp"
+#include "core/protocol/answers.hpp"
 #include "core/protocol/command_arguments.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/protocol/negotiation.hpp"
+#include "core/selfcheck/selfcheck.hpp"
 
 namespace tricoil::sim {
 namespace {
@@ -24,6 +29,11 @@ signal::AcquisitionPlan make_plan(const FrontEndParams& params) {
     return *plan;
 }
 
+DeviceTime steady_time(const void*) {
+    return device_time_us(
+        std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
+}
+
 CoilWorld configured(const Scenario& scenario, const signal::AcquisitionPlan& plan) {
     CoilWorld world(scenario.world, *scenario.motion, scenario.faults);
     world.configure(plan);
@@ -37,22 +47,14 @@ ColumnSource::ColumnSource(const FrontEndParams& params)
       plan_(make_plan(params)),
       world_(configured(*scenario_, plan_)),
       demodulator_(plan_, world_.demodulation()),
-      samples_(static_cast<std::size_t>(plan_.block_samples)) {}
+      sampler_(world_, coils_, clock_, std::numeric_limits<double>::infinity()) {
+    (void)sampler_.start(plan_);
+}
 
 std::optional<SampleBlock> ColumnSource::sample(Excitation state) {
-    const double start_s = elapsed_s();
-    const auto sequence = static_cast<std::uint32_t>(slot_++);
-    if (!world_.sample(state, start_s, samples_)) {
-        return std::nullopt;
-    }
+    (void)coils_.excite(state);
     SampleBlock block;
-    block.state = state;
-    block.scale = static_cast<float>(world_.volts_per_code());
-    block.full_scale = world_.full_scale();
-    block.start = DeviceTime{microseconds_from_seconds(start_s)};
-    block.sequence = sequence;
-    block.samples = samples_;
-    return block;
+    return sampler_.poll(block).ok() ? std::optional(block) : std::nullopt;
 }
 
 signal::Columns<double> ColumnSource::measure(Excitation state) {
@@ -70,14 +72,13 @@ tracking::TrackerParams<double> ColumnSource::tracker_params() const {
     return params;
 }
 
-SimulatedFrontEnd::SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params)
-    : port_(port), params_(std::move(params)), services_(port, params_.calibration) {
+SimulatedFrontEnd::SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params) : port_(port), params_(std::move(params)) {
     make_plan(params_);  // throws here if the plan is invalid
 }
 
 void SimulatedFrontEnd::step(HostTime now) {
     serve(now);
-    services_.flush();
+    send_waiting();
     if (running_ && now - heard_ > Microseconds{params_.watchdog_us}) {
         counters_.longest_silence_us = std::max(counters_.longest_silence_us, (now - heard_).count());
         ++counters_.watchdogs;
@@ -163,7 +164,10 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
     using protocol::AckResult;
     const auto opcode = static_cast<Opcode>(command.opcode);
     if (opcode == Opcode::read_calibration) {
-        services_.start_calibration(command.request);
+        protocol::CalibrationMessage message;
+        message.request = command.request;
+        message.tail = params_.calibration;
+        waiting_.push_back(stamped(message));
         return AckResult::done;
     }
     if (opcode != Opcode::self_check && opcode != Opcode::read_block) {
@@ -174,7 +178,7 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
         return AckResult::refused;
     }
     if (opcode == Opcode::self_check) {
-        services_.self_check(params_.fails_self_check);
+        answer_self_check();
         return AckResult::done;
     }
     if (!bench_) {
@@ -184,8 +188,38 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
     if (!block) {
         return AckResult::failed;
     }
-    services_.send_block(*block, bench_->plan().params.sample_rate_hz);
+    answer_block(*block);
     return AckResult::done;
+}
+
+void SimulatedFrontEnd::answer_self_check() {
+    const selfcheck::Report report = selfcheck::run({&steady_time, nullptr});
+    for (std::size_t n = 0; n < report.checks().size(); ++n) {
+        protocol::CheckMessage row = protocol::to_message(report, n);
+        if (params_.fails_self_check && row.index + 1 == row.count) {
+            row.outcome = static_cast<std::uint8_t>(selfcheck::Outcome::fail);
+        }
+        waiting_.push_back(stamped(row));
+    }
+}
+
+void SimulatedFrontEnd::answer_block(const SampleBlock& block) {
+    std::array<std::uint8_t, protocol::kMaxMessageBytes - protocol::kFixedBytes<protocol::RawBlockMessage>> codes;
+    const auto rate_millihertz = static_cast<std::uint32_t>(std::lround(1e3 * bench_->plan().params.sample_rate_hz));
+    for (std::size_t first = 0; first < block.samples.size();) {
+        protocol::RawBlockMessage part = protocol::to_message(block, first, rate_millihertz, codes);
+        part.block_sequence = blocks_;
+        first += part.tail.size() / sizeof(Sample);
+        waiting_.push_back(stamped(part));
+    }
+    ++blocks_;
+}
+
+/// Sends answers as long as the link has room, oldest first.
+void SimulatedFrontEnd::send_waiting() {
+    while (!waiting_.empty() && port_.send(waiting_.front()).ok()) {
+        waiting_.pop_front();
+    }
 }
 
 protocol::AckResult SimulatedFrontEnd::enter_loader(std::uint32_t argument) {
@@ -224,8 +258,14 @@ protocol::AckResult SimulatedFrontEnd::set_mode(std::uint32_t argument) {
 }
 
 void SimulatedFrontEnd::keep_calibration(const protocol::CalibrationMessage& message) {
-    const bool is_refused = running_ || params_.is_locked;
-    const auto result = is_refused ? protocol::AckResult::refused : services_.keep_calibration(message.tail);
+    auto result = protocol::AckResult::done;
+    if (running_ || params_.is_locked) {
+        result = protocol::AckResult::refused;
+    } else if (!calibration::decode(message.tail).ok()) {
+        result = protocol::AckResult::failed;
+    } else {
+        params_.calibration.assign(message.tail.begin(), message.tail.end());
+    }
     acknowledge(Opcode::write_calibration, message.request, result,
                 params_.is_locked ? protocol::Refusal::no_permission : protocol::Refusal::unsupported);
 }
