@@ -118,7 +118,7 @@ void SimulatedFrontEnd::dispatch_command(const protocol::CommandMessage& command
     switch (opcode) {
         case Opcode::hello:
             send_identity(params_.serial);
-            if (fault_at(sequence_) != nullptr && fault_at(sequence_)->kind == PeerFaultKind::second_device) {
+            if (fault_at(sequence_) == PeerFaultKind::second_device) {
                 send_identity(params_.serial + 1);
             }
             break;
@@ -331,13 +331,9 @@ void SimulatedFrontEnd::run_slot() {
     }
 }
 
-const PeerFault* SimulatedFrontEnd::fault_at(std::uint32_t number) const {
-    for (const PeerFault& fault : params_.faults) {
-        if (fault.hits(number)) {
-            return &fault;
-        }
-    }
-    return nullptr;
+std::optional<PeerFaultKind> SimulatedFrontEnd::fault_at(std::uint32_t number) const {
+    const auto found = std::ranges::find_if(params_.faults, [&](const PeerFault& fault) { return fault.hits(number); });
+    return found == params_.faults.end() ? std::nullopt : std::optional(found->kind);
 }
 
 template <typename Message>
@@ -367,8 +363,7 @@ void SimulatedFrontEnd::send_data(std::vector<std::uint8_t> bytes, std::uint32_t
     constexpr std::size_t kStateAt = 15;
     constexpr std::size_t kFlagsAt = 16;
     constexpr std::size_t kStateSequenceAt = 18;
-    const PeerFault* const fault = fault_at(number);
-    const auto is = [&](PeerFaultKind kind) { return fault != nullptr && fault->kind == kind; };
+    const auto is = [fault = fault_at(number)](PeerFaultKind kind) { return fault == kind; };
     if (is(PeerFaultKind::drop) || is(PeerFaultKind::silence)) {
         return;
     }
@@ -417,8 +412,7 @@ void SimulatedFrontEnd::send_identity(std::uint64_t serial) {
 
 void SimulatedFrontEnd::send_status(HostTime now) {
     status_ = now;
-    const PeerFault* const fault = fault_at(sequence_);
-    if (fault != nullptr && fault->kind == PeerFaultKind::silence) {
+    if (fault_at(sequence_) == PeerFaultKind::silence) {
         return;
     }
     protocol::StatusMessage m;

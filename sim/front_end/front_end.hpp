@@ -115,7 +115,7 @@ private:
     template <typename Message>
     std::vector<std::uint8_t> stamped(Message message);
     bool transmit(std::span<const std::uint8_t> bytes);
-    [[nodiscard]] const PeerFault* fault_at(std::uint32_t number) const;
+    [[nodiscard]] std::optional<PeerFaultKind> fault_at(std::uint32_t number) const;
 
     hal::MessagePort& port_;
     FrontEndParams params_;
