@@ -1,6 +1,6 @@
 #include "board/app/answers.hpp"
 
-#include <algorithm>
+#include "core/protocol/answers.hpp"
 
 namespace tricoil::app {
 
@@ -61,21 +61,12 @@ std::size_t Answers::encode_next(DeviceTime now) {
 }
 
 std::size_t Answers::encode_row(DeviceTime now) {
-    const auto& checks = report_->checks();
-    if (next_ >= checks.size()) {
+    if (next_ >= report_->checks().size()) {
         return 0;
     }
-    const selfcheck::Check& check = checks[next_];
-    protocol::CheckMessage row;
+    protocol::CheckMessage row = protocol::to_message(*report_, next_);
     row.sequence = messages_;
     row.time_us = to_us(now);
-    row.id = static_cast<std::uint16_t>(check.id);
-    row.precision = static_cast<std::uint8_t>(check.precision);
-    row.outcome = static_cast<std::uint8_t>(check.outcome);
-    row.index = static_cast<std::uint8_t>(next_);
-    row.count = static_cast<std::uint8_t>(checks.size());
-    row.limit = check.limit;
-    row.measured = check.measured;
     ++next_;
     return protocol::encode(row, buffer_);
 }
@@ -99,31 +90,11 @@ std::size_t Answers::encode_part() {
         return 0;
     }
     std::array<std::uint8_t, kSamplesOfPart * sizeof(Sample)> codes;
-    const auto part = block_.samples.subspan(next_, std::min(kSamplesOfPart, block_.samples.size() - next_));
-    std::uint8_t* at = codes.data();
-    for (const Sample& sample : part) {
-        for (const std::int32_t code : sample) {
-            protocol::put_bytes(at, static_cast<std::uint32_t>(code), sizeof code);
-            at += sizeof code;
-        }
-    }
-    protocol::RawBlockMessage message;
-    message.sequence = messages_;
-    message.time_us = to_us(midpoint(block_, sample_rate_millihertz_));
-    message.sensor = block_.sensor;
-    message.state = static_cast<std::uint8_t>(block_.state);
-    message.gain_step = block_.gain_step;
-    message.first = static_cast<std::uint16_t>(next_);
-    message.total = static_cast<std::uint16_t>(block_.samples.size());
-    message.full_scale = block_.full_scale;
-    message.scale = block_.scale;
-    message.state_sequence = block_.sequence;
-    message.block_sequence = blocks_;
-    message.sample_rate_millihertz = sample_rate_millihertz_;
-    message.overruns = block_.overrun_count;
-    message.tail = std::span<const std::uint8_t>(codes).first(part.size_bytes());
-    next_ += part.size();
-    return protocol::encode(message, buffer_);
+    protocol::RawBlockMessage part = protocol::to_message(block_, next_, sample_rate_millihertz_, codes);
+    part.sequence = messages_;
+    part.block_sequence = blocks_;
+    next_ += part.tail.size() / sizeof(Sample);
+    return protocol::encode(part, buffer_);
 }
 
 }  // namespace tricoil::app

@@ -21,7 +21,7 @@ constexpr Microseconds kColumnSilence{150'000};    // longest time without a col
 }  // namespace
 
 DeviceLoop::DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoopParams& params, PoseSink sink)
-    : port_(port), lines_(lines), params_(params), sink_(std::move(sink)), session_(port, params.session) {
+    : port_(port), lines_(lines), params_(params), sink_(std::move(sink)), tap_{params.tap}, session_(port, params.session) {
     switch_off();
 }
 
@@ -108,9 +108,7 @@ void DeviceLoop::begin() {
     for (std::size_t n = 0; n < std::min<std::size_t>(identity.sensors, trackers_.size()); ++n) {
         trackers_[n].emplace(settings.tracker, settings.calibration);
     }
-    if (params_.tap != nullptr) {
-        params_.tap->begin(settings);
-    }
+    tap_.begin(settings);
     for (std::size_t n = 0; n < restorers_.size() && !session_.is_tracker_board() && !params_.session.confined; ++n) {
         if (restorers_[n].has_tracked()) {
             set_hemisphere(n, Vec3<double>::Zero());
@@ -134,9 +132,7 @@ void DeviceLoop::begin() {
 /// A pose of a tracker board.
 void DeviceLoop::take_pose(HostTime arrival) {
     const tracking::PoseEstimate<double>& pose = session_.pose();
-    if (params_.tap != nullptr) {
-        params_.tap->pose(pose);
-    }
+    tap_.pose(pose);
     deliver(params_.tips.at_tip(pose), pose.valid(), arrival);
     const HostTime now = drivers::host_now();
     newest_ = now;
@@ -197,9 +193,7 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
         return;
     }
     sensor_times_[column.sensor] = column_time_;
-    if (params_.tap != nullptr) {
-        params_.tap->column(column);
-    }
+    tap_.column(column);
     tracking::AnyTracker<double>& tracker = *trackers_[column.sensor];
     const std::uint64_t accepted = tracker.counters().accepted;
     const auto estimate = tracker.update(column);
@@ -219,9 +213,7 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
 
 /// Delivers a pose of a tracker of this host.
 void DeviceLoop::answer(const tracking::PoseEstimate<double>& estimate, bool valid, HostTime received) {
-    if (params_.tap != nullptr) {
-        params_.tap->pose(estimate);
-    }
+    tap_.pose(estimate);
     deliver(params_.tips.at_tip(estimate), valid, received);
 }
 
@@ -248,9 +240,7 @@ void DeviceLoop::tick(HostTime host_now) {
         if (!trackers_[n] || !sensor_times_[n] || host_now - *sensor_times_[n] < kColumnSilence) {
             continue;
         }
-        if (params_.tap != nullptr) {
-            params_.tap->tick(static_cast<std::uint8_t>(n), now);
-        }
+        tap_.tick(static_cast<std::uint8_t>(n), now);
         if (const auto estimate = trackers_[n]->tick(now)) {
             answer(*estimate, false, host_now);
         }
@@ -272,9 +262,7 @@ void DeviceLoop::set_hemisphere(std::size_t sensor, const Vec3<double>& towards)
         session_.set_hemisphere(static_cast<std::uint8_t>(sensor), towards);
         return;
     }
-    if (params_.tap != nullptr) {
-        params_.tap->hemisphere(static_cast<std::uint8_t>(sensor), towards);
-    }
+    tap_.hemisphere(static_cast<std::uint8_t>(sensor), towards);
     (void)trackers_[sensor]->set_hemisphere(towards);
 }
 

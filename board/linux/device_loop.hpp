@@ -8,6 +8,7 @@
 #include "board/linux/device_session.hpp"
 #include "board/linux/hemisphere_restorer.hpp"
 #include "board/linux/latency_histogram.hpp"
+#include "board/record/tap_fan_out.hpp"
 #include "board/support/tool_tip.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 #include "core/tracking/tracker_tap.hpp"
@@ -91,6 +92,7 @@ private:
     HostLines lines_;
     DeviceLoopParams params_;
     PoseSink sink_;
+    host::TapFanOut tap_;
     DeviceSession session_;
     std::array<std::optional<tracking::AnyTracker<double>>, tracking::kMaxSensors> trackers_;
     std::array<HemisphereRestorer, tracking::kMaxSensors> restorers_;                   // survive new trackers after a lost link

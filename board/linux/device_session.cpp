@@ -169,27 +169,19 @@ SessionEvent DeviceSession::take(const hal::ReceivedMessage& message) {
     if (error != WireError::none) {
         return refuse(error);
     }
-    now_ = std::max(now_, message.arrival);
+    arrival_ = message.arrival;
+    now_ = std::max(now_, arrival_);
     switch (type) {
         case MessageType::identify:
-            return take_identity(message);
+            return decode_and(&DeviceSession::take_identity, message);
         case MessageType::ack:
-            return take_ack(message);
+            return decode_and(&DeviceSession::take_ack, message);
         case MessageType::column:
-            return take_column(message);
+            return decode_and(&DeviceSession::take_column, message);
         case MessageType::pose:
-            return take_pose(message);
-        case MessageType::status: {
-            protocol::StatusMessage status;
-            if (const WireError bad = protocol::decode(message.bytes, status); bad != WireError::none) {
-                return refuse(bad);
-            }
-            const bool dropped_more = status_ && status.dropped > status_->dropped;  // fewer: the device has restarted
-            counters_.dropped += dropped_more ? status.dropped - status_->dropped : 0U;
-            status_ = status;
-            heard_ = phase_ == Phase::running ? heard_ : now_;  // a running device must also send columns or poses
-            return SessionEvent::none;
-        }
+            return decode_and(&DeviceSession::take_pose, message);
+        case MessageType::status:
+            return decode_and(&DeviceSession::take_status, message);
         case MessageType::command:
             return refuse(WireError::wrong_sender);
         default:
@@ -197,11 +189,23 @@ SessionEvent DeviceSession::take(const hal::ReceivedMessage& message) {
     }
 }
 
-SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
-    protocol::IdentifyMessage identity;
-    if (const WireError error = protocol::decode(message.bytes, identity); error != WireError::none) {
-        return refuse(error);
-    }
+template <typename Message>
+SessionEvent DeviceSession::decode_and(SessionEvent (DeviceSession::*handler)(const Message&),
+                                       const hal::ReceivedMessage& message) {
+    Message decoded;
+    const WireError error = protocol::decode(message.bytes, decoded);
+    return error == WireError::none ? (this->*handler)(decoded) : refuse(error);
+}
+
+SessionEvent DeviceSession::take_status(const protocol::StatusMessage& status) {
+    const bool dropped_more = status_ && status.dropped > status_->dropped;  // fewer: the device has restarted
+    counters_.dropped += dropped_more ? status.dropped - status_->dropped : 0U;
+    status_ = status;
+    heard_ = phase_ == Phase::running ? heard_ : now_;  // a running device must also send columns or poses
+    return SessionEvent::none;
+}
+
+SessionEvent DeviceSession::take_identity(const protocol::IdentifyMessage& identity) {
     if (has_identity_ && identity.serial != identity_.serial) {
         conflict_ = now_ + kConflict;
         begin_handshake(now_);
@@ -252,11 +256,7 @@ SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
     return SessionEvent::identified;
 }
 
-SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
-    protocol::AckMessage ack;
-    if (const WireError error = protocol::decode(message.bytes, ack); error != WireError::none) {
-        return refuse(error);
-    }
+SessionEvent DeviceSession::take_ack(const protocol::AckMessage& ack) {
     const bool is_hemisphere = ack.opcode == static_cast<std::uint8_t>(Opcode::hemisphere) && ack.request == request_;
     if (phase_ != Phase::starting || (ack.opcode != static_cast<std::uint8_t>(Opcode::start) && !is_hemisphere)) {
         return SessionEvent::none;
@@ -305,11 +305,7 @@ bool DeviceSession::was_excited(const Column<double>& column) const {
     });
 }
 
-SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
-    protocol::ColumnMessage m;
-    if (const WireError error = protocol::decode(message.bytes, m); error != WireError::none) {
-        return refuse(error);
-    }
+SessionEvent DeviceSession::take_column(const protocol::ColumnMessage& m) {
     if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::front_end) ||
         m.sensor >= identity_.sensors) {
         return refuse(WireError::wrong_sender);
@@ -325,7 +321,7 @@ SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
         window_us_ = m.time_us;
         window_over_ = true;
     }
-    clock_map_.observe(device_time_us(m.time_us), message.arrival);
+    clock_map_.observe(device_time_us(m.time_us), arrival_);
     if (const WireError error = protocol::from_message(m, column_); error != WireError::none) {
         return refuse_column(error, m.sensor);
     }
@@ -338,11 +334,7 @@ SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
     return SessionEvent::column;
 }
 
-SessionEvent DeviceSession::take_pose(const hal::ReceivedMessage& message) {
-    protocol::PoseMessage pose;
-    if (const WireError error = protocol::decode(message.bytes, pose); error != WireError::none) {
-        return refuse(error);
-    }
+SessionEvent DeviceSession::take_pose(const protocol::PoseMessage& pose) {
     if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::tracker) ||
         pose.sensor >= identity_.sensors) {
         return refuse(WireError::wrong_sender);
@@ -350,7 +342,7 @@ SessionEvent DeviceSession::take_pose(const hal::ReceivedMessage& message) {
     if (!in_order(poses_, pose.sequence, counters_.lost_poses)) {
         return SessionEvent::none;
     }
-    clock_map_.observe(device_time_us(pose.time_us), message.arrival);
+    clock_map_.observe(device_time_us(pose.time_us), arrival_);
     if (const WireError error = protocol::from_message(pose, pose_); error != WireError::none) {
         ++counters_.refused;
         return refuse(error);

@@ -110,10 +110,13 @@ private:
     void send_command(protocol::Opcode opcode, std::uint32_t argument, Excitation state = Excitation::off) {
         command(opcode, ++request_, argument, state);
     }
-    SessionEvent take_identity(const hal::ReceivedMessage& message);
-    SessionEvent take_column(const hal::ReceivedMessage& message);
-    SessionEvent take_pose(const hal::ReceivedMessage& message);
-    SessionEvent take_ack(const hal::ReceivedMessage& message);
+    template <typename Message>
+    SessionEvent decode_and(SessionEvent (DeviceSession::*handler)(const Message&), const hal::ReceivedMessage& message);
+    SessionEvent take_identity(const protocol::IdentifyMessage& identity);
+    SessionEvent take_column(const protocol::ColumnMessage& m);
+    SessionEvent take_pose(const protocol::PoseMessage& pose);
+    SessionEvent take_ack(const protocol::AckMessage& ack);
+    SessionEvent take_status(const protocol::StatusMessage& status);
     bool in_order(protocol::SequenceCheck& check, std::uint32_t sequence, std::uint64_t& lost);
     [[nodiscard]] bool was_excited(const Column<double>& column) const;
     SessionEvent refuse(protocol::WireError error);
@@ -126,6 +129,7 @@ private:
     HostTime heard_;     // last valid message; while running: last accepted column or pose
     HostTime conflict_;  // two devices answered on one address; valid until this time
     HostTime now_;
+    HostTime arrival_;  // of the message that is taken
     HostTime fed_;
     HostTime started_;
     Microseconds pause_;  // before the next try; grows

@@ -32,7 +32,6 @@ public:
         return 0;
     }
     [[nodiscard]] std::int64_t max_us() const { return max_us_; }
-    [[nodiscard]] std::uint64_t total() const { return total_; }
 
 private:
     static constexpr double kPerOctave = 8;          // a bucket is 9 % wide

@@ -110,19 +110,12 @@ class OwnSimulation {
 public:
     OwnSimulation(const SimulationOptions& options, tracking::TrackerTap<double>& tap)
         : board_(options),
-          loop_(params(options), {board_.clock, board_.coils, board_.sampler, link_, &tap}),
+          loop_(board_.loop_params(options), {board_.clock, board_.coils, board_.sampler, link_, &tap}),
           source_(board_, loop_) {}
 
     [[nodiscard]] Source& source() { return source_; }
 
 private:
-    app::MainLoopParams<double> params(const SimulationOptions& options) {
-        app::MainLoopParams<double> params{board_.setup.plan, board_.stations.first().demodulation(),
-                                           make_tracker(options, board_.setup)};
-        params.sensors = board_.setup.stations;
-        return params;
-    }
-
     SimulatedBoard board_;
     sim::SimulatedLink<double> link_{[](const tracking::PoseEstimate<double>&) {}};
     app::MainLoop<double> loop_;

@@ -4,8 +4,9 @@
 #include "board/app/main_loop.hpp"
 #include "board/qemu_an386/recorded_coils.hpp"
 #include "board/qemu_an386/report_printer.hpp"
+#include "core/fixed/pose_line.hpp"
 #include "drivers/semihosting/console.hpp"
-#include "drivers/semihosting/fixed_pose_link.hpp"
+#include "drivers/semihosting/pose_link.hpp"
 
 namespace {
 
@@ -36,7 +37,7 @@ std::optional<app::FixedLoop> loop;
 
 int run(hal::Console& console) {
     semihosting::InputFile file(kRecord);
-    semihosting::FixedPoseLink link(console);
+    semihosting::PoseLink<fixed::PoseEstimate> link(console);
     Status status = set_up(file, link);
     if (!status.ok()) {
         (void)console.write("samples.bin: missing, or not a sample record of at most 256 samples a block\n");

@@ -68,7 +68,7 @@ int run(std::optional<Loop>& loop, hal::Link<float>& link, const tracking::Metho
 
 int main() {
     semihosting::Console console;
-    semihosting::PoseLink link(console);
+    semihosting::PoseLink<tracking::PoseEstimate<float>> link(console);
     int status = console.write("previous\n").ok() ? run(previous_loop, link, tracking::PreviousParams{}) : 1;
     if (console.write("filter\n").ok()) {
         status = std::max(status, run(filter_loop, link, tracking::ScaatParams<float>{}));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "board/pose_text/pose_fields.hpp"
@@ -127,14 +128,11 @@ TrackerInput parse_input(std::string_view line, const std::string& where) {
     Fields fields(line, kInputFields, where);
     TrackerInput input;
     const std::string_view kind = fields.text();
-    std::size_t n = 0;
-    while (n < kInputKinds.size() && kind != kInputKinds[n]) {
-        ++n;
-    }
-    if (n == kInputKinds.size()) {
+    const auto* const found = std::find(kInputKinds.begin(), kInputKinds.end(), kind);
+    if (found == kInputKinds.end()) {
         throw InputError(fmt::format("{}: unknown input kind '{}'", where, kind));
     }
-    input.kind = static_cast<InputKind>(n);
+    input.kind = static_cast<InputKind>(found - kInputKinds.begin());
     if (input.kind == InputKind::begin) {
         return input;
     }

@@ -9,7 +9,6 @@
 
 #include "board/record/json_fields.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/nearest_name.hpp"
 #include "board/support/tracker_choice.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 

@@ -29,7 +29,6 @@ public:
     Excitation read_lines(HostTime now);
     /// Drives the sync line (4), an input of the host. Throws DeviceError on failure.
     void drive_sync(bool high);
-    [[nodiscard]] bool enabled() const { return enabled_; }
     [[nodiscard]] const GpioReport& report() const { return report_; }
 
 private:

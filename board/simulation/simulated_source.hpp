@@ -23,6 +23,13 @@ struct SimulatedBoard {
         stations.add_further(sampler);
     }
 
+    /// Of the board's main loop with a floating-point tracker. Throws like make_tracker().
+    [[nodiscard]] app::MainLoopParams<double> loop_params(const SimulationOptions& options) {
+        app::MainLoopParams<double> params{setup.plan, stations.first().demodulation(), make_tracker(options, setup)};
+        params.sensors = setup.stations;
+        return params;
+    }
+
     const SimulationSetup setup;
     Stations stations;
     sim::SimulatedClock clock;

@@ -39,6 +39,8 @@ struct CouplingFrame {
     Mat3<double> x;                                         // in phase
     std::optional<Mat3<double>> quadrature = std::nullopt;  // if the file has it
     std::optional<SignalLevels> levels = std::nullopt;      // if the file has them
+
+    [[nodiscard]] bool has_known_levels() const { return levels && levels->known(); }
 };
 
 /// Removes kQuadratureColumns, kLevelColumns or both from the end of a header. Returns the number of fields of the

@@ -1,10 +1,8 @@
 #include "drivers/semihosting/pose_link.hpp"
 
-#include "core/base/text_line.hpp"
-
 namespace tricoil::semihosting {
 
-Status PoseLink::do_send(const tracking::PoseEstimate<float>& estimate) {
+TextLine pose_line(const tracking::PoseEstimate<float>& estimate) {
     const Quat<float>& q = estimate.q_source_sensor;
     TextLine line;
     line.text("pose ").decimal(static_cast<std::int32_t>(estimate.sequence)).text(" ");
@@ -13,7 +11,7 @@ Status PoseLink::do_send(const tracking::PoseEstimate<float>& estimate) {
          {estimate.position_m.x(), estimate.position_m.y(), estimate.position_m.z(), q.w(), q.x(), q.y(), q.z()}) {
         line.text(" ").scientific(value);
     }
-    return console_.write(line.text("\n").view());
+    return line.text("\n");
 }
 
 }  // namespace tricoil::semihosting

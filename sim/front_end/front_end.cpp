@@ -1,12 +1,17 @@
 #include "sim/front_end/front_end.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
+#include "core/calibration/blob.hpp"
+#include "core/protocol/answers.hpp"
 #include "core/protocol/command_arguments.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/protocol/negotiation.hpp"
+#include "core/selfcheck/selfcheck.hpp"
 
 namespace tricoil::sim {
 namespace {
@@ -24,6 +29,11 @@ signal::AcquisitionPlan make_plan(const FrontEndParams& params) {
     return *plan;
 }
 
+DeviceTime steady_time(const void*) {
+    return device_time_us(
+        std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
+}
+
 CoilWorld configured(const Scenario& scenario, const signal::AcquisitionPlan& plan) {
     CoilWorld world(scenario.world, *scenario.motion, scenario.faults);
     world.configure(plan);
@@ -37,22 +47,14 @@ ColumnSource::ColumnSource(const FrontEndParams& params)
       plan_(make_plan(params)),
       world_(configured(*scenario_, plan_)),
       demodulator_(plan_, world_.demodulation()),
-      samples_(static_cast<std::size_t>(plan_.block_samples)) {}
+      sampler_(world_, coils_, clock_, std::numeric_limits<double>::infinity()) {
+    (void)sampler_.start(plan_);
+}
 
 std::optional<SampleBlock> ColumnSource::sample(Excitation state) {
-    const double start_s = elapsed_s();
-    const auto sequence = static_cast<std::uint32_t>(slot_++);
-    if (!world_.sample(state, start_s, samples_)) {
-        return std::nullopt;
-    }
+    (void)coils_.excite(state);
     SampleBlock block;
-    block.state = state;
-    block.scale = static_cast<float>(world_.volts_per_code());
-    block.full_scale = world_.full_scale();
-    block.start = DeviceTime{microseconds_from_seconds(start_s)};
-    block.sequence = sequence;
-    block.samples = samples_;
-    return block;
+    return sampler_.poll(block).ok() ? std::optional(block) : std::nullopt;
 }
 
 signal::Columns<double> ColumnSource::measure(Excitation state) {
@@ -70,14 +72,13 @@ tracking::TrackerParams<double> ColumnSource::tracker_params() const {
     return params;
 }
 
-SimulatedFrontEnd::SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params)
-    : port_(port), params_(std::move(params)), services_(port, params_.calibration) {
+SimulatedFrontEnd::SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params) : port_(port), params_(std::move(params)) {
     make_plan(params_);  // throws here if the plan is invalid
 }
 
 void SimulatedFrontEnd::step(HostTime now) {
     serve(now);
-    services_.flush();
+    send_waiting();
     if (running_ && now - heard_ > Microseconds{params_.watchdog_us}) {
         counters_.longest_silence_us = std::max(counters_.longest_silence_us, (now - heard_).count());
         ++counters_.watchdogs;
@@ -117,7 +118,7 @@ void SimulatedFrontEnd::dispatch_command(const protocol::CommandMessage& command
     switch (opcode) {
         case Opcode::hello:
             send_identity(params_.serial);
-            if (fault_at(sequence_) != nullptr && fault_at(sequence_)->kind == PeerFaultKind::second_device) {
+            if (fault_at(sequence_) == PeerFaultKind::second_device) {
                 send_identity(params_.serial + 1);
             }
             break;
@@ -163,7 +164,10 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
     using protocol::AckResult;
     const auto opcode = static_cast<Opcode>(command.opcode);
     if (opcode == Opcode::read_calibration) {
-        services_.start_calibration(command.request);
+        protocol::CalibrationMessage message;
+        message.request = command.request;
+        message.tail = params_.calibration;
+        waiting_.push_back(stamped(message));
         return AckResult::done;
     }
     if (opcode != Opcode::self_check && opcode != Opcode::read_block) {
@@ -174,7 +178,7 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
         return AckResult::refused;
     }
     if (opcode == Opcode::self_check) {
-        services_.self_check(params_.fails_self_check);
+        answer_self_check();
         return AckResult::done;
     }
     if (!bench_) {
@@ -184,8 +188,38 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
     if (!block) {
         return AckResult::failed;
     }
-    services_.send_block(*block, bench_->plan().params.sample_rate_hz);
+    answer_block(*block);
     return AckResult::done;
+}
+
+void SimulatedFrontEnd::answer_self_check() {
+    const selfcheck::Report report = selfcheck::run({&steady_time, nullptr});
+    for (std::size_t n = 0; n < report.checks().size(); ++n) {
+        protocol::CheckMessage row = protocol::to_message(report, n);
+        if (params_.fails_self_check && row.index + 1 == row.count) {
+            row.outcome = static_cast<std::uint8_t>(selfcheck::Outcome::fail);
+        }
+        waiting_.push_back(stamped(row));
+    }
+}
+
+void SimulatedFrontEnd::answer_block(const SampleBlock& block) {
+    std::array<std::uint8_t, protocol::kMaxMessageBytes - protocol::kFixedBytes<protocol::RawBlockMessage>> codes;
+    const auto rate_millihertz = static_cast<std::uint32_t>(std::lround(1e3 * bench_->plan().params.sample_rate_hz));
+    for (std::size_t first = 0; first < block.samples.size();) {
+        protocol::RawBlockMessage part = protocol::to_message(block, first, rate_millihertz, codes);
+        part.block_sequence = blocks_;
+        first += part.tail.size() / sizeof(Sample);
+        waiting_.push_back(stamped(part));
+    }
+    ++blocks_;
+}
+
+/// Sends answers as long as the link has room, oldest first.
+void SimulatedFrontEnd::send_waiting() {
+    while (!waiting_.empty() && port_.send(waiting_.front()).ok()) {
+        waiting_.pop_front();
+    }
 }
 
 protocol::AckResult SimulatedFrontEnd::enter_loader(std::uint32_t argument) {
@@ -224,8 +258,14 @@ protocol::AckResult SimulatedFrontEnd::set_mode(std::uint32_t argument) {
 }
 
 void SimulatedFrontEnd::keep_calibration(const protocol::CalibrationMessage& message) {
-    const bool is_refused = running_ || params_.is_locked;
-    const auto result = is_refused ? protocol::AckResult::refused : services_.keep_calibration(message.tail);
+    auto result = protocol::AckResult::done;
+    if (running_ || params_.is_locked) {
+        result = protocol::AckResult::refused;
+    } else if (!calibration::decode(message.tail).ok()) {
+        result = protocol::AckResult::failed;
+    } else {
+        params_.calibration.assign(message.tail.begin(), message.tail.end());
+    }
     acknowledge(Opcode::write_calibration, message.request, result,
                 params_.is_locked ? protocol::Refusal::no_permission : protocol::Refusal::unsupported);
 }
@@ -291,13 +331,9 @@ void SimulatedFrontEnd::run_slot() {
     }
 }
 
-const PeerFault* SimulatedFrontEnd::fault_at(std::uint32_t number) const {
-    for (const PeerFault& fault : params_.faults) {
-        if (fault.hits(number)) {
-            return &fault;
-        }
-    }
-    return nullptr;
+std::optional<PeerFaultKind> SimulatedFrontEnd::fault_at(std::uint32_t number) const {
+    const auto found = std::ranges::find_if(params_.faults, [&](const PeerFault& fault) { return fault.hits(number); });
+    return found == params_.faults.end() ? std::nullopt : std::optional(found->kind);
 }
 
 template <typename Message>
@@ -327,8 +363,7 @@ void SimulatedFrontEnd::send_data(std::vector<std::uint8_t> bytes, std::uint32_t
     constexpr std::size_t kStateAt = 15;
     constexpr std::size_t kFlagsAt = 16;
     constexpr std::size_t kStateSequenceAt = 18;
-    const PeerFault* const fault = fault_at(number);
-    const auto is = [&](PeerFaultKind kind) { return fault != nullptr && fault->kind == kind; };
+    const auto is = [fault = fault_at(number)](PeerFaultKind kind) { return fault == kind; };
     if (is(PeerFaultKind::drop) || is(PeerFaultKind::silence)) {
         return;
     }
@@ -377,8 +412,7 @@ void SimulatedFrontEnd::send_identity(std::uint64_t serial) {
 
 void SimulatedFrontEnd::send_status(HostTime now) {
     status_ = now;
-    const PeerFault* const fault = fault_at(sequence_);
-    if (fault != nullptr && fault->kind == PeerFaultKind::silence) {
+    if (fault_at(sequence_) == PeerFaultKind::silence) {
         return;
     }
     protocol::StatusMessage m;

@@ -1,6 +1,7 @@
 // Simulated front end on a link.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -11,7 +12,7 @@
 #include "core/tracking/tracker_params.hpp"
 #include "hal/message_port.hpp"
 #include "sim/front_end/peer_fault.hpp"
-#include "sim/front_end/services.hpp"
+#include "sim/hal/simulated_hal.hpp"
 #include "sim/world/scenario.hpp"
 
 namespace tricoil::sim {
@@ -64,7 +65,7 @@ public:
     signal::Columns<double> measure(Excitation state);
 
     [[nodiscard]] const signal::AcquisitionPlan& plan() const { return plan_; }
-    [[nodiscard]] double elapsed_s() const { return static_cast<double>(slot_) * plan_.block_s(); }
+    [[nodiscard]] double elapsed_s() const { return clock_.elapsed_s(); }
     [[nodiscard]] const Scenario& scenario() const { return *scenario_; }
     [[nodiscard]] tracking::TrackerParams<double> tracker_params() const;
 
@@ -73,8 +74,9 @@ private:
     signal::AcquisitionPlan plan_;
     CoilWorld world_;
     signal::Demodulator<double> demodulator_;
-    std::vector<Sample> samples_;
-    std::uint64_t slot_ = 0;
+    SimulatedCoilDriver coils_;
+    SimulatedClock clock_;
+    SimulatedCoilSampler sampler_;
 };
 
 class SimulatedFrontEnd {
@@ -88,12 +90,15 @@ public:
     [[nodiscard]] bool finished() const { return finished_; }
     [[nodiscard]] bool coils_on() const { return running_; }
     [[nodiscard]] const FrontEndCounters& counters() const { return counters_; }
-    [[nodiscard]] const std::vector<std::uint8_t>& calibration() const { return services_.blob(); }
+    [[nodiscard]] const std::vector<std::uint8_t>& calibration() const { return params_.calibration; }
 
 private:
     void serve(HostTime now);
     void dispatch_command(const protocol::CommandMessage& command, HostTime now);
     [[nodiscard]] protocol::AckResult answer(const protocol::CommandMessage& command);
+    void answer_self_check();
+    void answer_block(const SampleBlock& block);
+    void send_waiting();
     [[nodiscard]] protocol::AckResult set_mode(std::uint32_t argument);
     [[nodiscard]] protocol::AckResult enter_loader(std::uint32_t argument);
     void keep_calibration(const protocol::CalibrationMessage& message);
@@ -110,11 +115,10 @@ private:
     template <typename Message>
     std::vector<std::uint8_t> stamped(Message message);
     bool transmit(std::span<const std::uint8_t> bytes);
-    [[nodiscard]] const PeerFault* fault_at(std::uint32_t number) const;
+    [[nodiscard]] std::optional<PeerFaultKind> fault_at(std::uint32_t number) const;
 
     hal::MessagePort& port_;
     FrontEndParams params_;
-    FrontEndServices services_;
     std::unique_ptr<ColumnSource> source_;
     std::unique_ptr<ColumnSource> bench_;  // separate world for raw blocks
     bool running_ = false;
@@ -131,7 +135,9 @@ private:
     HostTime heard_;
     HostTime slot_begin_;
     HostTime status_;
-    std::vector<std::uint8_t> held_;  // message to send after the next one
+    std::vector<std::uint8_t> held_;                 // message to send after the next one
+    std::deque<std::vector<std::uint8_t>> waiting_;  // answers that wait for room on the link
+    std::uint32_t blocks_ = 0;                       // sent as samples
     FrontEndCounters counters_;
 };
 

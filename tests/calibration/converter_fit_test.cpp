@@ -57,7 +57,7 @@ public:
     DrawnBoard() = default;
 
     MeasuredPose measure(const Vec3<double>& position_m, const Quat<double>& q_source_sensor, std::size_t line) {
-        MeasuredPose measured{position_m, q_source_sensor.toRotationMatrix(), Mat3<double>::Zero(), line};
+        MeasuredPose measured{{Mat3<double>::Zero()}, position_m, q_source_sensor.toRotationMatrix(), line};
         const Mat3<double> x = test::unit_signal(position_m, q_source_sensor);
         const int step = 9 + static_cast<int>(std::floor(std::log2(kLargestCodes / kCodes / x.cwiseAbs().maxCoeff())));
         const double codes = kCodes * std::ldexp(1.0, step - 9);

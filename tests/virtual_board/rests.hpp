@@ -122,7 +122,7 @@ inline Measured measure(const virtual_board::BoardCircuit& circuit, sim::Scenari
 }
 
 inline host::MeasuredPose at(const sim::Pose& pose, const Mat3<double>& x, std::size_t line = 1) {
-    return {pose.position_m, pose.q_source_sensor.toRotationMatrix(), x, line};
+    return {{x}, pose.position_m, pose.q_source_sensor.toRotationMatrix(), line};
 }
 
 /// One pose for each rest, with the mean of its signal matrices and the levels of its last.

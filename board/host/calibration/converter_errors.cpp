@@ -187,19 +187,17 @@ ConverterErrors errors_of(const std::vector<Equation>& equations) {
 
 template <typename Visit>
 void for_each_coupling(const std::vector<PoseFile>& files, const Visit& visit) {
-    for (const PoseFile& file : files) {
-        for (const MeasuredPose& pose : file.poses) {
-            for (Index k = 0; k < 9; ++k) {
-                visit(pose, k / 3, k % 3);
-            }
+    for_each_row(files, [&](const MeasuredPose& pose) {
+        for (Index k = 0; k < 9; ++k) {
+            visit(pose, k / 3, k % 3);
         }
-    }
+    });
 }
 
 void refuse_unknown_levels(const std::vector<PoseFile>& files) {
     for (const PoseFile& file : files) {
         for (const MeasuredPose& pose : file.poses) {
-            if (!has_known_levels(pose)) {
+            if (!pose.has_known_levels()) {
                 throw InputError(fmt::format(
                     "{}:{}: the levels at the converters (a11 to a33) are not known; the line must come from tricoil convert "
                     "--to rests, from a tracker board in TDM whose converters nothing has corrected; if the gain changed during "
@@ -246,33 +244,11 @@ double gain_error(const std::vector<PoseFile>& files, const ConverterErrors& err
     return std::sqrt(squares / static_cast<double>(9 * count_poses(files)));
 }
 
-template <typename Measured>
-void correct(std::vector<Measured>& all, const ConverterErrors& errors) {
-    for (Measured& measured : all) {
-        for (Index k = 0; has_known_levels(measured) && k < 9; ++k) {
-            const Index i = k / 3;
-            const Index j = k % 3;
-            const auto factor = static_cast<double>(errors.correction(static_cast<std::size_t>(measured.levels->gain_step),
-                                                                      static_cast<std::size_t>(i),
-                                                                      static_cast<float>(measured.levels->share(i, j)), true));
-            measured.x(i, j) *= factor;
-            if (measured.quadrature) {
-                (*measured.quadrature)(i, j) *= factor;
-            }
-        }
-    }
-}
-
-template <typename Measured>
-LevelCount count_levels(const std::vector<Measured>& couplings) {
-    LevelCount count;
-    for (const Measured& measured : couplings) {
-        ++(!measured.levels ? count.absent : measured.levels->known() ? count.known : count.unknown);
-    }
-    return count;
-}
-
 }  // namespace
+
+void LevelCount::add(const CouplingFrame& couplings) {
+    ++(!couplings.levels ? absent : couplings.levels->known() ? known : unknown);
+}
 
 LevelCount& LevelCount::operator+=(const LevelCount& other) {
     known += other.known;
@@ -291,26 +267,18 @@ void refuse_mixed_levels(const LevelCount& count, const ConverterErrors& errors)
     }
 }
 
-template <typename Measured>
-LevelCount correct_converters(std::vector<Measured>& couplings, const ConverterErrors& errors) {
-    const LevelCount count = count_levels(couplings);
-    refuse_mixed_levels(count, errors);
-    correct(couplings, errors);
-    return count;
-}
-template LevelCount correct_converters(std::vector<GridFrame>&, const ConverterErrors&);
-template LevelCount correct_converters(std::vector<CouplingFrame>&, const ConverterErrors&);
-
-LevelCount correct_converters(std::vector<PoseFile>& files, const ConverterErrors& errors) {
-    LevelCount sum;
-    for (const PoseFile& file : files) {
-        sum += count_levels(file.poses);
+void correct_converters(CouplingFrame& couplings, const ConverterErrors& errors) {
+    for (Index k = 0; couplings.has_known_levels() && k < 9; ++k) {
+        const Index i = k / 3;
+        const Index j = k % 3;
+        const auto factor = static_cast<double>(errors.correction(static_cast<std::size_t>(couplings.levels->gain_step),
+                                                                  static_cast<std::size_t>(i),
+                                                                  static_cast<float>(couplings.levels->share(i, j)), true));
+        couplings.x(i, j) *= factor;
+        if (couplings.quadrature) {
+            (*couplings.quadrature)(i, j) *= factor;
+        }
     }
-    refuse_mixed_levels(sum, errors);
-    for (PoseFile& file : files) {
-        correct(file.poses, errors);
-    }
-    return sum;
 }
 
 ConverterFit fit_converters(std::vector<PoseFile>& files, FitOptions options) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/pose_set.hpp"
 #include "core/signal/converter_errors.hpp"
@@ -17,24 +18,26 @@ struct LevelCount {
     std::size_t unknown = 0;  // in files with levels
     std::size_t absent = 0;   // in files without levels
 
+    void add(const CouplingFrame& couplings);
     LevelCount& operator+=(const LevelCount& other);
 };
-
-/// Measured: MeasuredPose, GridFrame or CouplingFrame.
-template <typename Measured>
-bool has_known_levels(const Measured& measured) {
-    return measured.levels && measured.levels->known();
-}
-
-/// Corrects the couplings as a board does that stores these errors. Couplings without known levels are taken as corrected; the
-/// result counts them. Measured: GridFrame or CouplingFrame. Throws InputError like refuse_mixed_levels().
-template <typename Measured>
-LevelCount correct_converters(std::vector<Measured>& couplings, const signal::ConverterErrors& errors);
-LevelCount correct_converters(std::vector<PoseFile>& files, const signal::ConverterErrors& errors);
 
 /// Throws InputError if there are errors to correct and only a part of the couplings has known levels: then the gain changed
 /// during a rest, or the data are of two kinds.
 void refuse_mixed_levels(const LevelCount& count, const signal::ConverterErrors& errors);
+
+/// Corrects the couplings as a board does that stores these errors. Couplings without known levels are taken as corrected.
+void correct_converters(CouplingFrame& couplings, const signal::ConverterErrors& errors);
+
+/// The same for each row of for_each_row(). Counts the levels. Throws InputError like refuse_mixed_levels().
+template <typename Rows>
+LevelCount correct_converters(Rows& rows, const signal::ConverterErrors& errors) {
+    LevelCount count;
+    for_each_row(rows, [&](const CouplingFrame& row) { count.add(row); });
+    refuse_mixed_levels(count, errors);
+    for_each_row(rows, [&](CouplingFrame& row) { correct_converters(row, errors); });
+    return count;
+}
 
 struct ConverterFit {
     CalibrationFit coils;  // of the corrected couplings

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <span>
 
 #include "board/support/errors.hpp"
@@ -30,21 +28,14 @@ TableForm form_of(const std::string& path, std::string_view header) {
     TableForm form;
     form.couplings = take_coupling_fields(header);
     const std::size_t names = split(header, ',').size();
-    for (const char letter : {'x', 'm'}) {
-        std::string wanted;
-        for (int i = 1; i <= 3; ++i) {
-            for (int j = 1; j <= 3; ++j) {
-                wanted += fmt::format("{}{}{}{}", wanted.empty() ? "" : ",", letter, i, j);
-            }
-        }
-        if (names >= kCouplings && header.ends_with(wanted)) {
-            form.before = names - kCouplings;
-            return form;
-        }
+    if (names < kCouplings ||
+        !(header.ends_with("x11,x12,x13,x21,x22,x23,x31,x32,x33") || header.ends_with("m11,m12,m13,m21,m22,m23,m31,m32,m33"))) {
+        throw InputError(path +
+                         ":1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j), "
+                         "optionally followed by q11,...,q33 and a11,...,a33,gain_step");
     }
-    throw InputError(path +
-                     ":1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j), "
-                     "optionally followed by q11,...,q33 and a11,...,a33,gain_step");
+    form.before = names - kCouplings;
+    return form;
 }
 
 /// Numbers of every line. Checks their count and the rank of the couplings, and that there is a line.
@@ -91,12 +82,6 @@ std::vector<CouplingFrame> read_frames(const std::string& path) {
     return frames;
 }
 
-std::vector<Mat3<double>> in_phase_of(const std::vector<CouplingFrame>& frames) {
-    std::vector<Mat3<double>> x;
-    std::transform(frames.begin(), frames.end(), std::back_inserter(x), [](const CouplingFrame& frame) { return frame.x; });
-    return x;
-}
-
 std::vector<CouplingFrame> deskewed(const std::vector<CouplingFrame>& frames, double skew) {
     std::vector<CouplingFrame> result;
     for (std::size_t k = 2; k + 2 < frames.size(); ++k) {
@@ -132,7 +117,7 @@ std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std
     }
     std::vector<GridFrame> frames;
     read_table(path, form, lines, [&](const auto&, const CouplingFrame& frame, const TextPlace& place) {
-        frames.push_back({Vec3<double>::Zero(), frame.x, 0, place.str(), frame.quadrature, frame.levels});
+        frames.push_back({frame, Vec3<double>::Zero(), place.str()});
     });
     const auto [columns, rows, levels] = *size;
     const auto nodes = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) * static_cast<std::size_t>(levels);
@@ -165,15 +150,11 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
     }
     std::vector<GridFrame> frames;
     read_table(path, form, lines, [&](const auto& fields, const CouplingFrame& couplings, const TextPlace& place) {
-        GridFrame frame;
+        Vec3<double> node;
         for (std::size_t k = 0; k < 3; ++k) {
-            frame.node(static_cast<Index>(k)) = parse_number(fields[k], place);
+            node(static_cast<Index>(k)) = parse_number(fields[k], place);
         }
-        frame.x = couplings.x;
-        frame.quadrature = couplings.quadrature;
-        frame.levels = couplings.levels;
-        frame.place = place.str();
-        frames.push_back(frame);
+        frames.push_back({couplings, node, place.str()});
     });
     return frames;
 }

@@ -1,7 +1,9 @@
 // Reads couplings without poses, recorded without a stage.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,8 +22,13 @@ bool holds_column_frames(const std::string& path);
 /// file without column frames.
 std::vector<CouplingFrame> read_frames(const std::string& path);
 
-/// The couplings in phase.
-std::vector<Mat3<double>> in_phase_of(const std::vector<CouplingFrame>& frames);
+/// The couplings in phase. Frame: CouplingFrame, or derived from it.
+template <typename Frame>
+std::vector<Mat3<double>> in_phase_of(const std::vector<Frame>& frames) {
+    std::vector<Mat3<double>> x;
+    std::ranges::transform(frames, std::back_inserter(x), &Frame::x);
+    return x;
+}
 
 /// Interpolates the columns of each column frame to the time of the middle column (cubic, four column frames). Column j was
 /// measured j * skew frame periods after column 0; column frames have a constant period. The first two and the last two column
@@ -29,13 +36,10 @@ std::vector<Mat3<double>> in_phase_of(const std::vector<CouplingFrame>& frames);
 std::vector<CouplingFrame> deskewed(const std::vector<CouplingFrame>& frames, double skew);
 
 /// Couplings of a sensor on a node of a printed grid, in any attitude.
-struct GridFrame {
-    Vec3<double> node;  // column, row, level: whole steps
-    Mat3<double> x;
-    std::size_t file = 0;  // from 0: the sensor is held in the same way within a file
+struct GridFrame : CouplingFrame {
+    Vec3<double> node;     // column, row, level: whole steps
     std::string place;     // path and line
-    std::optional<Mat3<double>> quadrature = std::nullopt;
-    std::optional<SignalLevels> levels = std::nullopt;
+    std::size_t file = 0;  // from 0: the sensor is held in the same way within a file
 };
 
 /// Numbers of columns, rows and levels of a grid.

@@ -39,7 +39,7 @@ public:
         magnetic_ = parameters_of(gains.source, gains.sensor);
         ideal_ = {1, 1, 1, 0, 0, 0, 1, 1};
         for (const Mat3<double>& x : frames) {
-            measured_.push_back({Vec3<double>::Zero(), Mat3<double>::Identity(), x});
+            measured_.push_back({{x}, Vec3<double>::Zero(), Mat3<double>::Identity()});
         }
         start_poses(gains);
     }

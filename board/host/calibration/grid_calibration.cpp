@@ -155,17 +155,9 @@ void check_distances(const std::vector<GridFrame>& frames, double extent_m, Grid
     }
 }
 
-std::vector<Mat3<double>> couplings_of(const std::vector<GridFrame>& frames) {
-    std::vector<Mat3<double>> couplings;
-    for (const GridFrame& frame : frames) {
-        couplings.push_back(frame.x);
-    }
-    return couplings;
-}
-
 GridCalibration coils_with_positions(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere,
                                      FitModel model) {
-    const auto couplings = couplings_of(frames);
+    const auto couplings = in_phase_of(frames);
     FreeMotionFit motion = fit_free_motion(couplings, model, 1, hemisphere);
     Eigen::Matrix3Xd positions(3, frames.size());
     for (std::size_t k = 0; k < frames.size(); ++k) {
@@ -189,7 +181,7 @@ GridCalibration coils_with_positions(const std::vector<GridFrame>& frames, doubl
 }
 
 GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere) {
-    const SelfCalibration gains = self_calibrate(couplings_of(frames));
+    const SelfCalibration gains = self_calibrate(in_phase_of(frames));
     Eigen::Matrix3Xd positions(3, frames.size());  // computed with C = 1
     for (std::size_t k = 0; k < frames.size(); ++k) {
         const auto s = solver::solve_direct<double>(corrected(frames[k].x, gains.sensor, gains.source), 1.0);

@@ -101,15 +101,8 @@ MeasuredPose parse_csv(const std::vector<std::string_view>& fields, std::size_t 
     if (std::abs(q.norm() - 1) > kQuaternionTolerance) {
         throw InputError(fmt::format("{}: the quaternion's length is {:.6g}, not 1", place.str(), q.norm()));
     }
-    MeasuredPose pose;
-    pose.line = place.line;
-    pose.stage_position_m = {v[0], v[1], v[2]};
-    pose.stage_rotation = q.normalized().toRotationMatrix();
     const CouplingFrame couplings = parse_couplings(std::span(fields).subspan(kBefore), place);
-    pose.x = couplings.x;
-    pose.quadrature = couplings.quadrature;
-    pose.levels = couplings.levels;
-    return pose;
+    return {couplings, {v[0], v[1], v[2]}, q.normalized().toRotationMatrix(), place.line};
 }
 
 /// Names of the fixtures in a file name "soSOURCE_seSENSOR..."; empty if it has another form.
@@ -184,7 +177,7 @@ PoseFile read_pose_file(const std::string& path) {
         file.poses.push_back(csv ? parse_csv(fields, coupling_fields, place) : parse_ilemt(fields, place));
         const MeasuredPose& pose = file.poses.back();
         check_position(pose.stage_position_m, place);
-        check_couplings({pose.x, pose.quadrature, pose.levels}, place);
+        check_couplings(pose, place);
     }
     if (file.poses.empty()) {
         throw InputError(path + ": holds no poses");

@@ -11,13 +11,10 @@
 namespace tricoil::host {
 
 /// One line of a file. The sensor's mount is on the stage: v_stage = stage_position_m + stage_rotation v_mount.
-struct MeasuredPose {
+struct MeasuredPose : CouplingFrame {
     Vec3<double> stage_position_m;
     Mat3<double> stage_rotation;
-    Mat3<double> x;                                         // couplings in phase; x(i, j): sensor coil i, source coil j
-    std::size_t line = 0;                                   // in the file, from 1
-    std::optional<Mat3<double>> quadrature = std::nullopt;  // of the couplings, if the file has it
-    std::optional<SignalLevels> levels = std::nullopt;      // the same
+    std::size_t line = 0;  // in the file, from 1
 };
 
 /// One file, recorded with fixed fixtures; only the stage moves.

@@ -161,7 +161,8 @@ void add_out(CLI::App* kind, CalibrationFiles& files) {
     kind->add_option("--out", files.out, "Calibration as TOML")->required()->type_name(kFileType);
 }
 
-void add_blob(CLI::App* kind, CalibrationFiles& files) {
+void add_out_and_blob(CLI::App* kind, CalibrationFiles& files) {
+    add_out(kind, files);
     kind->add_option("--blob", files.blob, "Calibration as bytes for flash")->type_name(kFileType);
 }
 

@@ -31,11 +31,8 @@ std::vector<CouplingFrame> read_couplings(const std::string& path, double column
     if (column_skew != 0) {
         throw InputError(path + ": holds poses of a stage; --column-skew is only for column frames in sequence");
     }
-    std::vector<CouplingFrame> couplings;
-    for (const MeasuredPose& pose : read_pose_file(path).poses) {
-        couplings.push_back({pose.x, pose.quadrature, pose.levels});
-    }
-    return couplings;
+    const PoseFile file = read_pose_file(path);
+    return {file.poses.begin(), file.poses.end()};
 }
 
 /// Removes the few left-handed couplings that noise can cause, with a warning. Throws InputError if there are more.
@@ -183,8 +180,7 @@ void add_free_motion_calibration(CLI::App* calibrate, Action& action) {
                      "Time between columns, in frame periods (1/3 for TDM); columns are deskewed");
     add_hemisphere(kind, c->hemisphere);
     add_converters_from(kind, c->files);
-    add_out(kind, c->files);
-    add_blob(kind, c->files);
+    add_out_and_blob(kind, c->files);
     set_examples(kind, {{"gains and angles without ground truth", "tricoil calibrate free-motion --out gains.toml motion.csv"},
                         {"also positions and sizes of the coils, with a known coupling constant",
                          "tricoil calibrate free-motion --model finite --coupling-constant 2.5e-3 --out coils.toml motion.csv"}});

@@ -82,8 +82,7 @@ void add_grid_calibration(CLI::App* calibrate, Action& action) {
     add_nodes(kind, c->nodes);
     add_hemisphere(kind, c->hemisphere);
     add_converters_from(kind, c->files);
-    add_out(kind, c->files);
-    add_blob(kind, c->files);
+    add_out_and_blob(kind, c->files);
     set_examples(kind, {{"sensor placed by hand on a printed grid",
                          "tricoil calibrate grid --spacing-mm 50 --out by_hand.toml grid.csv"}});
     set_fit(kind, action, c, calibrate_grid, grid_text);

@@ -129,8 +129,7 @@ void add_kind_on_stage(CLI::App* kind, const std::shared_ptr<StageCommand>& c, A
     add_named(kind, "--stage", c->stage, {"ideal", "turning", "room"},
               "Errors of the stage to estimate: none (ideal), linear in the position in the turning frame (turning), also linear "
               "in the position in the room, and a uniform stray field (room)");
-    add_out(kind, c->files);
-    add_blob(kind, c->files);
+    add_out_and_blob(kind, c->files);
     set_fit(kind, action, c, calibrate_on_stage, stage_text);
 }
 

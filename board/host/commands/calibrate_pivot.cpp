@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include "board/host/calibration/pivot_poses.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/support/errors.hpp"

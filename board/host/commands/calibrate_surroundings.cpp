@@ -123,8 +123,7 @@ void add_surroundings_calibration(CLI::App* calibrate, Action& action) {
     add_hemisphere(kind, c->hemisphere)->needs(spacing);
     kind->add_flag("--refit-fixtures", c->refit_fixtures,
                    "Estimate the fixtures again, because the source or the sensor was moved on the stage");
-    add_out(kind, c->files);
-    add_blob(kind, c->files);
+    add_out_and_blob(kind, c->files);
     set_examples(kind, {{"couplings above a simulated metal table",
                          "tricoil run --scenario table --fidelity columns --couplings soYoutZup_seYoutZup_table.csv"},
                         {"the table, as virtual dipoles",

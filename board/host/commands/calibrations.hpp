@@ -48,7 +48,7 @@ void check_files(const CalibrationFiles& files);
 CLI::App* add_kind(CLI::App* calibrate, const std::string& name, const std::string& what, CalibrationFiles& files,
                    const std::string& data);
 void add_out(CLI::App* kind, CalibrationFiles& files);
-void add_blob(CLI::App* kind, CalibrationFiles& files);
+void add_out_and_blob(CLI::App* kind, CalibrationFiles& files);
 void add_coils(CLI::App* kind, CalibrationFiles& files);
 void add_converters_from(CLI::App* kind, CalibrationFiles& files);
 /// Distance between neighbouring nodes of a grid.

@@ -1,6 +1,4 @@
 // tricoil replay: runs the recorded inputs of a run again.
-#include <fmt/format.h>
-
 #include <memory>
 
 #include "board/command_line/option_words.hpp"

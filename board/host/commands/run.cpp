@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
-#include <optional>
 #include <string_view>
 
 #include "board/host/commands/commands.hpp"

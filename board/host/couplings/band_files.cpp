@@ -17,6 +17,9 @@ namespace tricoil::host {
 namespace {
 
 constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20U;
+constexpr std::string_view kCouplingHeader =
+    "source1_sensor1,source1_sensor2,source1_sensor3,source2_sensor1,source2_sensor2,source2_sensor3,source3_sensor1,"
+    "source3_sensor2,source3_sensor3";
 constexpr double kCouplingUnit = 2.0 / 250;  // the files' field has no factor 1/2, and couplings are divided by 250
 
 /// Columns are coils.
@@ -77,19 +80,9 @@ nlohmann::json parse_json(const std::string& path, const std::string& text) {
     }
 }
 
-std::string coupling_header() {
-    std::string header;
-    for (int source = 1; source <= 3; ++source) {
-        for (int sensor = 1; sensor <= 3; ++sensor) {
-            header += fmt::format("{}source{}_sensor{}", header.empty() ? "" : ",", source, sensor);
-        }
-    }
-    return header;
-}
-
 std::vector<Mat3<double>> read_couplings(const std::string& path) {
     const auto lines = read_lines(path);
-    if (lines.front() != coupling_header()) {
+    if (lines.front() != kCouplingHeader) {
         throw InputError(path + ":1: the header must be source1_sensor1,source1_sensor2,...,source3_sensor3");
     }
     std::vector<Mat3<double>> matrices;

@@ -90,11 +90,8 @@ void fit_growth(DynamicReport& report) {
     report.at_rest_m = std::sqrt(squares(0));
     report.per_speed_s = std::sqrt(squares(1));
     report.per_acceleration_s2 = std::sqrt(squares(2));
-    if (report.alignment.lag_s != 0) {
-        report.lag_s = report.alignment.lag_s;
-    } else {
-        report.lag_s = weight > 0 ? along / weight : 0;
-    }
+    const double fitted_s = weight > 0 ? along / weight : 0;
+    report.lag_s = report.alignment.lag_s != 0 ? report.alignment.lag_s : fitted_s;
 }
 
 }  // namespace

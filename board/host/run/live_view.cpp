@@ -20,9 +20,8 @@ constexpr int kBarCells = 16;
 constexpr double kSpeedSpan_s = 0.05;  // long enough to average noise
 
 std::string bar(double share) {
-    const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * kBarCells);
-    return "[" + std::string(static_cast<std::size_t>(filled), '#') +
-           std::string(static_cast<std::size_t>(kBarCells - filled), '.') + "]";
+    const auto filled = static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * kBarCells);
+    return fmt::format("[{:.<{}}]", std::string(filled, '#'), kBarCells);
 }
 
 /// A part of the status line. On a narrow terminal the parts with the highest rank are left out first.

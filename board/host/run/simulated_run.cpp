@@ -174,8 +174,7 @@ void run_in_double(const Run& run, RunReport& report) {
         throw InputError("--samples: only with --tracker fixed-direct or fixed-previous; use --record for the others");
     }
     const signal::AcquisitionPlan& plan = board.setup.plan;
-    app::MainLoopParams<double> params{plan, board.stations.first().demodulation(), make_tracker(options, board.setup)};
-    params.sensors = board.setup.stations;
+    app::MainLoopParams<double> params = board.loop_params(options);
     const auto coils = read_coils(options, params.tracker);
     params.coils = coils ? &*coils : nullptr;
     report.deskewed = plan.is_tdm() && !options.no_deskew;

@@ -35,7 +35,6 @@ private:
     void do_column(const MeasuredColumn<double>& column) override;
     void do_tick(std::uint8_t sensor, DeviceTime now) override;
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
-    void do_pose(const tracking::PoseEstimate<double>& /*estimate*/) override {}
 
     Smoother::Receiver receiver_;
     std::vector<std::unique_ptr<Sensor>> sensors_;
