@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "hal/interface.hpp"
+#include "core/base/interface.hpp"
 
 namespace tricoil::hal {
 

@@ -1,8 +1,8 @@
 // Device time.
 #pragma once
 
+#include "core/base/interface.hpp"
 #include "core/base/time.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

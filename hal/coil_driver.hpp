@@ -1,9 +1,9 @@
 // Power stages of the source coils.
 #pragma once
 
+#include "core/base/interface.hpp"
 #include "core/base/status.hpp"
 #include "core/signal/excitation.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

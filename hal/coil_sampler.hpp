@@ -1,10 +1,10 @@
 // Converters of the sensor coils.
 #pragma once
 
+#include "core/base/interface.hpp"
 #include "core/base/status.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/sample_block.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

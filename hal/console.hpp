@@ -3,8 +3,8 @@
 
 #include <string_view>
 
+#include "core/base/interface.hpp"
 #include "core/base/status.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

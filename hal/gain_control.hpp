@@ -3,10 +3,10 @@
 
 #include <cstdint>
 
+#include "core/base/interface.hpp"
 #include "core/base/status.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/gain_step.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

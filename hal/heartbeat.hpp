@@ -1,8 +1,8 @@
 // Heartbeat line for the hardware enable of the power stages.
 #pragma once
 
+#include "core/base/interface.hpp"
 #include "core/base/status.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

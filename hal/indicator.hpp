@@ -1,7 +1,7 @@
 // Status LED.
 #pragma once
 
-#include "hal/interface.hpp"
+#include "core/base/interface.hpp"
 
 namespace tricoil::hal {
 

@@ -1,9 +1,9 @@
 // Output of pose estimates.
 #pragma once
 
+#include "core/base/interface.hpp"
 #include "core/base/status.hpp"
 #include "core/tracking/pose_estimate.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

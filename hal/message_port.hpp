@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <span>
 
+#include "core/base/interface.hpp"
 #include "core/base/status.hpp"
 #include "core/base/time.hpp"
 #include "core/protocol/wire_error.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

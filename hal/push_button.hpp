@@ -1,7 +1,7 @@
 // Button of a device.
 #pragma once
 
-#include "hal/interface.hpp"
+#include "core/base/interface.hpp"
 
 namespace tricoil::hal {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
+#include "core/base/interface.hpp"
 #include "core/base/status.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

@@ -1,9 +1,9 @@
 // Hardware line on which the front end signals the end of a window.
 #pragma once
 
+#include "core/base/interface.hpp"
 #include "core/base/status.hpp"
 #include "core/base/time.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

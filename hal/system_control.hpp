@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "core/base/flag_set.hpp"
-#include "hal/interface.hpp"
+#include "core/base/interface.hpp"
 #include "hal/system_report.hpp"
 
 namespace tricoil::hal {

@@ -1,9 +1,9 @@
 // Resets the processor when the program hangs.
 #pragma once
 
+#include "core/base/interface.hpp"
 #include "core/base/status.hpp"
 #include "core/base/time.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::hal {
 

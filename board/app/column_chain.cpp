@@ -68,7 +68,7 @@ template class ColumnChain<float, tracking::ScaatTracker<float>>;
 #if TRICOIL_FLOAT_TRACKERS
 template class ColumnChain<float, tracking::PreviousTracker<float>>;
 #else
-template class ColumnChain<double, tracking::AnyTracker<double>>;
+template class ColumnChain<double, tracking::AnyTracker>;
 #endif
 
 }  // namespace tricoil::app

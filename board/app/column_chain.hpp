@@ -69,7 +69,7 @@ public:
 
 private:
     static SensorTracker make_tracker(const Params& params) {
-        if constexpr (std::is_same_v<SensorTracker, tracking::AnyTracker<Scalar>>) {
+        if constexpr (std::is_same_v<SensorTracker, tracking::AnyTracker>) {
             if (params.coils != nullptr) {
                 return SensorTracker(params.tracker, std::optional(*params.coils));
             }

@@ -131,7 +131,7 @@ template class BlockLoop<FixedChain, 1>;
 #if TRICOIL_FLOAT_TRACKERS
 template class BlockLoop<ColumnChain<float, tracking::PreviousTracker<float>>, 1>;
 #else
-template class BlockLoop<ColumnChain<double, tracking::AnyTracker<double>>, tracking::kMaxSensors>;
+template class BlockLoop<ColumnChain<double, tracking::AnyTracker>, tracking::kMaxSensors>;
 #endif
 
 }  // namespace tricoil::app

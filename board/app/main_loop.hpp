@@ -20,8 +20,6 @@ public:
 
     BlockLoop(const Params& params, const Devices& devices);
     ~BlockLoop();
-    BlockLoop(const BlockLoop&) = delete;
-    BlockLoop& operator=(const BlockLoop&) = delete;
 
     /// Starts sampling. The first FDM block of each sensor is dropped, because it contains the switching transient; TDM has a
     /// guard in every slot. Errors: invalid_argument for a number of sensors outside 1 to Sensors, and those of
@@ -66,9 +64,9 @@ private:
     MainLoopCounters counters_;
 };
 
-template <typename Scalar, typename Tracker = tracking::AnyTracker<Scalar>, int Sensors = tracking::kMaxSensors>
+template <typename Scalar, typename Tracker = tracking::AnyTracker, int Sensors = tracking::kMaxSensors>
 using MainLoop = BlockLoop<ColumnChain<Scalar, Tracker>, Sensors>;
-extern template class BlockLoop<ColumnChain<double, tracking::AnyTracker<double>>, tracking::kMaxSensors>;
+extern template class BlockLoop<ColumnChain<double, tracking::AnyTracker>, tracking::kMaxSensors>;
 
 /// Loops of boards with one sensor: with the filter, and with the previous-measurement technique.
 using BoardLoop = MainLoop<float, tracking::ScaatTracker<float>, 1>;

@@ -25,8 +25,6 @@ public:
     /// Requires at least one mode and one port, and C > 0.
     TrackerDevice(const DeviceHardware& hardware, const DeviceParams& params);
     ~TrackerDevice() override;
-    TrackerDevice(const TrackerDevice&) = delete;
-    TrackerDevice& operator=(const TrackerDevice&) = delete;
 
     /// Starts the watchdog, reads the calibration, runs the self-check and measures the gain steps. Call once before step().
     void boot();

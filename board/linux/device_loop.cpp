@@ -194,7 +194,7 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     }
     sensor_times_[column.sensor] = column_time_;
     tap_.column(column);
-    tracking::AnyTracker<double>& tracker = *trackers_[column.sensor];
+    tracking::AnyTracker& tracker = *trackers_[column.sensor];
     const std::uint64_t accepted = tracker.counters().accepted;
     const auto estimate = tracker.update(column);
     if (tracker.counters().accepted > accepted) {

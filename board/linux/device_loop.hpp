@@ -54,8 +54,6 @@ public:
     /// `sink` receives every pose, of the tip if there is one.
     DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoopParams& params, PoseSink sink);
     ~DeviceLoop();
-    DeviceLoop(const DeviceLoop&) = delete;
-    DeviceLoop& operator=(const DeviceLoop&) = delete;
 
     /// Processes arrived messages, or waits for them at most `longest_wait`, which is limited to 5 ms.
     void step(Microseconds longest_wait = Microseconds::max());
@@ -94,7 +92,7 @@ private:
     PoseSink sink_;
     host::TapFanOut tap_;
     DeviceSession session_;
-    std::array<std::optional<tracking::AnyTracker<double>>, tracking::kMaxSensors> trackers_;
+    std::array<std::optional<tracking::AnyTracker>, tracking::kMaxSensors> trackers_;
     std::array<HemisphereRestorer, tracking::kMaxSensors> restorers_;                   // survive new trackers after a lost link
     std::array<HostTime, tracking::kMaxSensors> hemisphere_sent_{};                     // to a tracker board
     std::array<std::optional<Vec3<double>>, tracking::kMaxSensors> wanted_hemisphere_;  // set without a session

@@ -43,9 +43,6 @@ void print_realtime_refusals(const DeviceConfig& config, const RealtimeStatus& r
 /// must be switched off first.
 class IgnoredWriteSignals {
 public:
-    IgnoredWriteSignals() : pipe_(std::signal(SIGPIPE, SIG_IGN)), size_(std::signal(SIGXFSZ, SIG_IGN)) {}
-    IgnoredWriteSignals(const IgnoredWriteSignals&) = delete;
-    IgnoredWriteSignals& operator=(const IgnoredWriteSignals&) = delete;
     ~IgnoredWriteSignals() {
         std::signal(SIGPIPE, pipe_);
         std::signal(SIGXFSZ, size_);
@@ -53,8 +50,8 @@ public:
 
 private:
     using Handler = void (*)(int);
-    Handler pipe_;
-    Handler size_;
+    Handler pipe_ = std::signal(SIGPIPE, SIG_IGN);
+    Handler size_ = std::signal(SIGXFSZ, SIG_IGN);
 };
 
 /// Writes poses as lines. No heap after construction.

@@ -12,7 +12,7 @@ namespace {
 
 void take_calibration(const DeviceConfig& config, const calibration::Calibration<double>& c, DeviceLoopParams& params) {
     const bool filters = std::holds_alternative<tracking::ScaatParams<double>>(params.method);
-    if (const Status status = tracking::AnyTracker<double>::check({{}, params.method}, c); !status.ok()) {
+    if (const Status status = tracking::AnyTracker::check({{}, params.method}, c); !status.ok()) {
         throw host::InputError(config.calibration + ": " + status.message() +
                                (filters ? "" : "; use --tracker scaat for such coils"));
     }

@@ -21,8 +21,6 @@ public:
     /// Writes to an open descriptor that the caller owns. `name`: for messages.
     LinePump(int descriptor, std::string name);
     ~LinePump();
-    LinePump(const LinePump&) = delete;
-    LinePump& operator=(const LinePump&) = delete;
 
     /// Queues a line. Never waits, no heap. A line that does not fit is dropped and counted.
     void push(std::string_view line);

@@ -21,11 +21,11 @@ public:
     /// True while data come.
     [[nodiscard]] virtual bool is_steady() const = 0;
     /// The reason why it is not steady, for the user, unless `reporter` has printed it; empty: none.
-    [[nodiscard]] virtual std::string reason(const FaultReporter& reporter) const = 0;
+    [[nodiscard]] virtual std::string reason(const FaultReporter& /*reporter*/) const { return ""; }
     /// Reports what has changed.
     virtual void report(FaultReporter& reporter, HostTime now) const = 0;
     /// True if poses come late without real-time priority.
-    [[nodiscard]] virtual bool needs_realtime() const = 0;
+    [[nodiscard]] virtual bool needs_realtime() const { return false; }
     /// Counters; at least poses, poses_valid and columns.
     [[nodiscard]] virtual nlohmann::ordered_json summary() const = 0;
     /// summary() as lines of text, printed when the source is closed.

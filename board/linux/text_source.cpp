@@ -177,7 +177,7 @@ void TextSource::begin(const TextTiming& timing) {
             settings.calibration->quadrature_floor = 1;
         }
     }
-    if (const Status status = tracking::AnyTracker<double>::check(settings.tracker, settings.calibration); !status.ok()) {
+    if (const Status status = tracking::AnyTracker::check(settings.tracker, settings.calibration); !status.ok()) {
         throw host::DeviceError(
             fmt::format("{}: at {:g} frames a second: {}; try --tracker direct", device_, timing.rate_hz, status.message()));
     }

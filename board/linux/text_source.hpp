@@ -47,9 +47,7 @@ public:
 
     [[nodiscard]] bool has_started() const override { return counters_.columns > 0 || !is_live(); }
     [[nodiscard]] bool is_steady() const override;
-    [[nodiscard]] std::string reason(const FaultReporter& /*reporter*/) const override { return ""; }
     void report(FaultReporter& reporter, HostTime now) const override { reporter.check(poses_.newest(), now); }
-    [[nodiscard]] bool needs_realtime() const override { return false; }
     [[nodiscard]] nlohmann::ordered_json summary() const override;
     [[nodiscard]] std::string text_of(const nlohmann::ordered_json& summary) const override;
 

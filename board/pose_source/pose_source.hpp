@@ -45,8 +45,6 @@ public:
 
     /// realtime: at the pace of the source's clock; otherwise as fast as poses are polled. Throws what `make` throws.
     PoseSource(const MakeSource& make, bool realtime);
-    PoseSource(const PoseSource&) = delete;
-    PoseSource& operator=(const PoseSource&) = delete;
 
     /// Waits for the next pose, at most `patience`. `pose` is set if the result is Event::pose; it is in the output frame of its
     /// sensor. Event::end: the simulation or recording has ended. Throws InputError for a damaged recording, DeviceError if the

@@ -1,5 +1,5 @@
 // Tip of a pointer from poses in arrays.
-#include "board/host/calibration/pivot_poses.hpp"
+#include "board/host/calibration/pivot.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
 

@@ -23,7 +23,7 @@ tracking::TrackerParams<double> make_params(const std::string& method, double co
     params.common.max_column_span = microseconds_from_seconds(column_span_s);
     params.common.window_s = window_s;
     host::deskew_in_turn(params);
-    if (const Status status = tracking::AnyTracker<double>::check(params, std::nullopt); !status.ok()) {
+    if (const Status status = tracking::AnyTracker::check(params, std::nullopt); !status.ok()) {
         throw host::InputError(std::string("tracker: ") + status.message());
     }
     return params;
@@ -63,7 +63,7 @@ private:
         return DeviceTime{microseconds_from_seconds(time_s)};
     }
 
-    tracking::AnyTracker<double> tracker_;
+    tracking::AnyTracker tracker_;
     std::uint32_t columns_ = 0;
 };
 

@@ -36,8 +36,6 @@ public:
     /// Throws InputError if a file cannot be created.
     Journal(const std::vector<std::string>& paths, WhenFull when_full, std::span<const std::string> headers = {});
     ~Journal();
-    Journal(const Journal&) = delete;
-    Journal& operator=(const Journal&) = delete;
 
     /// Adds a line, given without line feed, to the n-th file. Lines are dropped after failed().
     void append(std::size_t n, std::string_view line);

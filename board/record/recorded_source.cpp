@@ -59,7 +59,7 @@ std::optional<TrackerSettings> settings_of(const Recording& recording, const std
         tracking::set_frame(*bands, two_band_frame_s(recording.folder()));
     }
     deskew_in_turn(settings->tracker);
-    const Status status = tracking::AnyTracker<double>::check(settings->tracker, settings->calibration);
+    const Status status = tracking::AnyTracker::check(settings->tracker, settings->calibration);
     if (!status.ok()) {
         throw InputError(fmt::format("{}: --tracker {}: {}", recording.folder(), tracker, status.message()));
     }
@@ -70,7 +70,7 @@ void TrackerStage::do_begin(const Settings& settings) {
     next_.begin(settings);
     trackers_.clear();
     for (int n = 0; n < settings.sensors; ++n) {
-        trackers_.push_back(std::make_unique<tracking::AnyTracker<double>>(settings.tracker, settings.calibration));
+        trackers_.push_back(std::make_unique<tracking::AnyTracker>(settings.tracker, settings.calibration));
     }
 }
 

@@ -31,7 +31,7 @@ private:
     void do_pose(const tracking::PoseEstimate<double>& estimate) override { next_.pose(estimate); }
 
     tracking::TrackerTap<double>& next_;
-    std::vector<std::unique_ptr<tracking::AnyTracker<double>>> trackers_;  // one per sensor
+    std::vector<std::unique_ptr<tracking::AnyTracker>> trackers_;  // one per sensor
 };
 
 /// Passes the inputs of a recording to a tap, line by line. If the device computed the poses, these are passed.

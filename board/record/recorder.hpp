@@ -9,7 +9,6 @@
 
 #include "board/record/journal.hpp"
 #include "board/record/record_lines.hpp"
-#include "board/record/tracker_settings.hpp"
 #include "core/tracking/tracker_tap.hpp"
 
 namespace tricoil::host {

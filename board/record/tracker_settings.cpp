@@ -191,7 +191,7 @@ TrackerSettings settings_from_json(const nlohmann::json& json, const std::string
         visit_calibration(*settings.calibration, calibration);
         calibration.finish();
     }
-    refuse_bad(tracking::AnyTracker<double>::check(settings.tracker, settings.calibration), where + ".calibration");
+    refuse_bad(tracking::AnyTracker::check(settings.tracker, settings.calibration), where + ".calibration");
     return settings;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "board/support/link_health.hpp"
+#include "core/base/interface.hpp"
 #include "core/base/time.hpp"
 #include "core/linear/matrix.hpp"
 
@@ -19,14 +20,9 @@ struct LinkState {
 
 /// Gives columns and poses to the tap of its constructor, step by step. Only one thread at a time may use it. The destructor
 /// switches the coils off.
-class Source {
+class Source : public Interface {
 public:
     static constexpr Microseconds kLongestStep{5'000};
-
-    Source() = default;
-    Source(const Source&) = delete;
-    Source& operator=(const Source&) = delete;
-    virtual ~Source() = default;
 
     /// A small step, which waits at most `patience` and at most kLongestStep. After rest() it switches the coils on again.
     /// Returns false at the end. Throws InputError for a damaged recording, DeviceError if the source fails.

@@ -16,9 +16,7 @@ public:
     void follow(DeviceTime now) {
         const Microseconds step = now - newest_.value_or(now);
         const bool is_restart = step > kLongestGap || step < -kLongestGap;
-        if (!is_restart && step.count() > 0) {
-            elapsed_ += step;
-        }
+        elapsed_ += is_restart || step.count() < 0 ? Microseconds{} : step;
         newest_ = is_restart || step.count() >= 0 ? now : *newest_;
     }
 

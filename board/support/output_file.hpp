@@ -21,8 +21,6 @@ public:
     /// cannot be created.
     explicit OutputFile(const std::filesystem::path& path, unsigned mode = 0666);
     ~OutputFile();
-    OutputFile(const OutputFile&) = delete;
-    OutputFile& operator=(const OutputFile&) = delete;
 
     /// Throws DeviceError, naming the path, if the text cannot be written.
     void write(std::string_view text);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/interface.hpp"
 #include "drivers/posix/file_descriptor.hpp"
 #include "drivers/socketcan/can_socket.hpp"
 #include "sim/usb/usbip_wire.hpp"
@@ -12,12 +13,8 @@
 namespace tricoil::virtual_board {
 
 /// Moves pending data in both directions; never waits. Throws host::DeviceError if its interface is lost.
-class Bridge {
+class Bridge : public Interface {
 public:
-    Bridge() = default;
-    Bridge(const Bridge&) = delete;
-    Bridge& operator=(const Bridge&) = delete;
-    virtual ~Bridge() = default;
     virtual void serve() = 0;
 };
 

@@ -187,13 +187,6 @@ public:
     [[nodiscard]] constexpr bool isIdentity(Scalar tolerance = Scalar(1e-12)) const {
         return (*this - Identity()).isZero(tolerance);
     }
-    /// Equal within `tolerance` times the smaller of the two Frobenius norms.
-    template <typename B>
-    [[nodiscard]] constexpr bool isApprox(const Dense<B>& b, Scalar tolerance = Scalar(1e-12)) const {
-        const Scalar a2 = squaredNorm();
-        const Scalar b2 = b.squaredNorm();
-        return (*this - b).squaredNorm() <= tolerance * tolerance * (a2 < b2 ? a2 : b2);
-    }
     template <typename B>
     constexpr bool operator==(const Dense<B>& b) const {
         bool result = true;

@@ -22,9 +22,6 @@ constexpr std::uint16_t kTransitionFlag = 1U << 7U;
 constexpr std::uint16_t kUnusedFlag = 1U << 11U;
 constexpr int kGainStepBit = 12;  // first bit of the gain step in the flags of a column
 
-/// Flags of a column message without its gain step.
-constexpr std::uint16_t flag_bits(const ColumnMessage& m) { return m.flags & ((1U << kGainStepBit) - 1); }
-
 /// Scaled and rounded to the nearest wire number. Clamps values out of range; NaN becomes 0.
 template <typename Raw, typename Scalar>
 Raw to_wire(Scalar value, Scalar per_unit, double low, double high) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include "core/base/interface.hpp"
 #include "core/calibration/calibration.hpp"
 #include "core/signal/column.hpp"
 #include "core/tracking/pose_estimate.hpp"
@@ -15,7 +16,7 @@ namespace tricoil::tracking {
 /// Called in the order of the trackers' calls, from the loop that runs the trackers; an implementation must not wait for a slow
 /// consumer. Scalar: the precision of the trackers.
 template <typename Scalar>
-class TrackerTap {
+class TrackerTap : public Interface {
 public:
     /// Settings of the trackers of sensors 0 to sensors - 1.
     struct Settings {
@@ -23,11 +24,6 @@ public:
         int sensors = 1;
         std::optional<calibration::Calibration<Scalar>> calibration = std::nullopt;  // applied to the columns by the trackers
     };
-
-    TrackerTap() = default;
-    TrackerTap(const TrackerTap&) = delete;
-    TrackerTap& operator=(const TrackerTap&) = delete;
-    virtual ~TrackerTap() = default;
 
     /// The trackers have been created, or created again.
     void begin(const Settings& settings) { do_begin(settings); }

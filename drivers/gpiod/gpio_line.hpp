@@ -5,12 +5,12 @@
 #include <memory>
 #include <string>
 
-#include "hal/interface.hpp"
+#include "core/base/interface.hpp"
 
 namespace tricoil::drivers {
 
 /// Functions that return bool leave the cause of false in errno. The destructor releases the line at its present level.
-class GpioLine : public hal::Interface {
+class GpioLine : public Interface {
 public:
     enum class Use { output, rising_edges };
 

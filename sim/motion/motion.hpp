@@ -1,8 +1,8 @@
 // Motion of a sensor: the ground truth of every simulation.
 #pragma once
 
+#include "core/base/interface.hpp"
 #include "core/linear/quaternion.hpp"
-#include "hal/interface.hpp"
 
 namespace tricoil::sim {
 
@@ -14,7 +14,7 @@ struct Pose {
 
 /// A smooth function of time, so that every ADC sample has its own pose. Outside a finite motion the pose is that of the nearest
 /// end.
-class Motion : public hal::Interface {
+class Motion : public Interface {
 public:
     [[nodiscard]] Pose at(double time_s) const { return do_at(time_s); }
 

@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PARAMS = "core/tracking/tracker_params.hpp"
 METHODS = re.compile(r"(using MethodParams = std::variant<[^;]+)>;")
 NEEDS = {  # the part, the name in the error, the code that needs it
-    "tracker": ("any_of", '#include "core/tracking/methods/any_tracker.hpp"\nusing T = decltype(sizeof(tricoil::tracking::AnyTracker<double>));'),
+    "tracker": ("any_of", '#include "core/tracking/methods/any_tracker.hpp"\nusing T = decltype(sizeof(tricoil::tracking::AnyTracker));'),
     "check": ("check_method", '#include "core/tracking/tracker_params.cpp"'),
     "fields": ("visit_method", '#include "board/record/json_fields.hpp"\n'
                "void f(tricoil::tracking::TrackerParams<double>& p) { tricoil::host::visit_tracker(p, [](auto...) {}); }"),

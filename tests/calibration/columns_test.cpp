@@ -7,6 +7,7 @@
 #include "core/geometry/rotations.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
+#include "tests/support/approx.hpp"
 
 namespace tricoil::calibration {
 namespace {
@@ -99,9 +100,9 @@ TEST(CoilCorrection, LeavesColumnsOfIdealCoilsUnchanged) {
     Vec3<double> quadrature(4, 5, 6);
     Vec3<double> sigma(7, 8, 9);
     columns->correct_column(1, in_phase, quadrature, sigma);
-    EXPECT_TRUE(in_phase.isApprox(Vec3<double>(1, 2, 3)));
-    EXPECT_TRUE(quadrature.isApprox(Vec3<double>(4, 5, 6)));
-    EXPECT_TRUE(sigma.isApprox(Vec3<double>(7, 8, 9)));
+    EXPECT_TRUE(is_approx(in_phase, Vec3<double>(1, 2, 3)));
+    EXPECT_TRUE(is_approx(quadrature, Vec3<double>(4, 5, 6)));
+    EXPECT_TRUE(is_approx(sigma, Vec3<double>(7, 8, 9)));
     EXPECT_TRUE(columns->axes().isIdentity());
 }
 

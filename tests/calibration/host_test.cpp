@@ -20,6 +20,7 @@
 #include "core/geometry/rotations.hpp"
 #include "core/linear/eigen.hpp"
 #include "sim/motion/simple_motions.hpp"
+#include "tests/support/approx.hpp"
 #include "tests/support/random_poses.hpp"
 #include "tests/support/triads/data_set.hpp"
 
@@ -263,7 +264,7 @@ TEST(Wiring, FindsEveryOrderAndSignOfEqualHandedness) {
                     const Wiring found = identify_wiring({x}, direction);
                     EXPECT_TRUE(found.is_certain());
                     const Mat3<double> again = found.sensor.matrix() * ideal * found.source.matrix().transpose();
-                    EXPECT_TRUE(again.isApprox(sensor.matrix() * ideal * source.matrix().transpose(), 1e-9))
+                    EXPECT_TRUE(is_approx(again, sensor.matrix() * ideal * source.matrix().transpose(), 1e-9))
                         << to_text(found.sensor);
                     const bool all_reversed = found.sensor.matrix() == -sensor.matrix();
                     EXPECT_TRUE(found.sensor.matrix() == sensor.matrix() || all_reversed);

@@ -31,7 +31,7 @@ inline std::vector<tracking::PoseEstimate<double>> reference_poses(sim::FrontEnd
     if (source.plan().has_low_band()) {
         tracker_params.method = tracking::dual_band_params(source.plan().block_s());
     }
-    tracking::AnyTracker<double> tracker(tracker_params);
+    tracking::AnyTracker tracker(tracker_params);
     std::vector<tracking::PoseEstimate<double>> poses;
     std::uint32_t number = 0;
     for (std::uint32_t slot = 0; source.elapsed_s() + source.plan().block_s() <= duration_s + 1e-9; ++slot) {

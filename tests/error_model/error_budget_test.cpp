@@ -13,6 +13,7 @@
 #include "core/solver/previous_measurement.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "sim/paper/tdm_experiment.hpp"
+#include "tests/support/approx.hpp"
 
 namespace tricoil::error_model {
 namespace {
@@ -69,7 +70,7 @@ TEST(Budget, LatencyEqualsTheMotionDuringIt) {
     state.velocity_m_s << 1, 2, 3;
     state.angular_rate_rad_s << 0.1, 0.2, 0.3;
     const auto error = latency_error(state, 0.01);
-    EXPECT_TRUE(error.isApprox((Vec6<double>() << 0.01, 0.02, 0.03, 0.001, 0.002, 0.003).finished()));
+    EXPECT_TRUE(is_approx(error, (Vec6<double>() << 0.01, 0.02, 0.03, 0.001, 0.002, 0.003).finished()));
 }
 
 /// A closed loop of the pole-free form over a hand-like motion, no noise, no skew.

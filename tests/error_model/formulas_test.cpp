@@ -12,6 +12,7 @@
 #include "core/error_model/singularity.hpp"
 #include "core/error_model/whole_turns.hpp"
 #include "tests/error_model/azimuth_increment_error.hpp"
+#include "tests/support/approx.hpp"
 
 namespace tricoil::error_model {
 namespace {
@@ -169,9 +170,9 @@ TEST(CartesianError, FirstOrderAgreesForSmallErrors) {
 
 TEST(BoardTiming, AgesFollowTheOrderOfTheStates) {
     const double slot = 1.0 / 720;
-    EXPECT_TRUE(tdm_timing(slot, 1e-3, LastState::s3).column_age_s.isApprox(slot * Vec3<double>(2, 1, 0)));
-    EXPECT_TRUE(tdm_timing(slot, 1e-3, LastState::s1).column_age_s.isApprox(slot * Vec3<double>(0, 2, 1)));
-    EXPECT_TRUE(tdm_timing(slot, 1e-3, LastState::s2).column_age_s.isApprox(slot * Vec3<double>(1, 0, 2)));
+    EXPECT_TRUE(is_approx(tdm_timing(slot, 1e-3, LastState::s3).column_age_s, slot * Vec3<double>(2, 1, 0)));
+    EXPECT_TRUE(is_approx(tdm_timing(slot, 1e-3, LastState::s1).column_age_s, slot * Vec3<double>(0, 2, 1)));
+    EXPECT_TRUE(is_approx(tdm_timing(slot, 1e-3, LastState::s2).column_age_s, slot * Vec3<double>(1, 0, 2)));
     EXPECT_TRUE(fdm_timing(1.0 / 240).column_age_s.isZero(0));
 }
 

@@ -90,7 +90,7 @@ private:
     sim::SimulatedClock clock_;
     sim::SimulatedCoilSampler sampler_;
     std::optional<signal::Demodulator<double>> demodulator_;
-    std::optional<tracking::AnyTracker<double>> exact_;
+    std::optional<tracking::AnyTracker> exact_;
     std::optional<Tracker> ours_;
     unsigned blocks_ = 0;
 };

@@ -54,7 +54,7 @@ inline PoseRow replay_columns(const SimulatedColumns& run, Method method, Loss l
     constexpr double kFarthest_m = 2;
     const auto params = run.tracker_params(params_of(method, run.plan));
     const auto coils = method == Method::dual_band ? std::optional(two_band_calibration(run.plan)) : std::nullopt;
-    tracking::AnyTracker<double> tracker(params, coils);
+    tracking::AnyTracker tracker(params, coils);
     std::mt19937 random(42);
     std::uniform_real_distribution<double> uniform(0, 1);
     PoseRow row;

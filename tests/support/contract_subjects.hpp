@@ -95,7 +95,7 @@ struct General : ColumnSubject<Scalar, tracking::GeneralTracker<Scalar>> {
 struct TwoBands : ColumnSubject<double, tracking::DualBandTracker> {
     TwoBands() : ColumnSubject(tracking::DualBandParams{}) {}
 };
-struct FilteredTwoBands : ColumnSubject<double, tracking::AnyTracker<double>> {
+struct FilteredTwoBands : ColumnSubject<double, tracking::AnyTracker> {
     FilteredTwoBands() : ColumnSubject(filtered()) {}
 
     static tracking::DualBandParams filtered() {

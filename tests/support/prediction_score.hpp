@@ -35,7 +35,9 @@ inline void add_predictions(const sim::Motion& motion, ReplayParams params, Pred
         for (std::size_t n = 0; n < PredictionScore::kAhead_s.size(); ++n) {
             const double ahead_s = PredictionScore::kAhead_s[n];
             const Vec3<double> truth = motion.at(t + ahead_s).position_m;
-            score.predicted_m[n].push_back((filter.predicted(ahead_s).position_m - truth).norm());
+            auto state = filter.motion();
+            tracking::scaat::propagate(state, filter.intensity(), state.time + microseconds_from_seconds(ahead_s));
+            score.predicted_m[n].push_back((state.position_m - truth).norm());
             score.with_true_velocity_m[n].push_back((estimate->position_m + ahead_s * velocity_m_s - truth).norm());
         }
     });

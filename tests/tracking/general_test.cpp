@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/tracking/methods/any_tracker.hpp"
+#include "tests/support/approx.hpp"
 #include "tests/support/column_replay.hpp"
 #include "tests/support/hand_like.hpp"
 
@@ -112,7 +113,7 @@ TEST(WideTriad, IsTrackedByItsCalibration) {
     auto known = known_wide_triad();
     known.phase_rad.setConstant(phase);
     GeneralTracker<double> filter(test::scaat_params<double>(true), known_wide_triad());
-    AnyTracker<double> tracker(test::scaat_params<double>(true), known);
+    AnyTracker tracker(test::scaat_params<double>(true), known);
     double worst = 0;
     std::size_t poses = 0;
     replay_wide(motion, params, [&](const Column<double>& column) {
@@ -132,8 +133,8 @@ TEST(WideTriad, IsTrackedByItsCalibration) {
 }
 
 TEST(WideTriad, NeedsTheFilter) {
-    EXPECT_EQ(AnyTracker<double>::check({}, known_wide_triad()).code(), StatusCode::invalid_argument);
-    EXPECT_TRUE(AnyTracker<double>::check({{}, ScaatParams<double>{}}, known_wide_triad()).ok());
+    EXPECT_EQ(AnyTracker::check({}, known_wide_triad()).code(), StatusCode::invalid_argument);
+    EXPECT_TRUE(AnyTracker::check({{}, ScaatParams<double>{}}, known_wide_triad()).ok());
 }
 
 /// The output correction is applied to the pose and its covariance.
@@ -144,8 +145,8 @@ TEST(WideTriad, PosesAreCorrectedAsTheCalibrationSays) {
     known.output_linear(0, 1) = 0.02;
     known.output_linear(2, 2) = 1.01;
     known.output_offset_m = {0.001, -0.002, 0.003};
-    AnyTracker<double> plain(test::scaat_params<double>(true), known_wide_triad());
-    AnyTracker<double> corrected(test::scaat_params<double>(true), known);
+    AnyTracker plain(test::scaat_params<double>(true), known_wide_triad());
+    AnyTracker corrected(test::scaat_params<double>(true), known);
     replay_wide(motion, params, [&](const Column<double>& column) {
         const auto before = plain.update(column);
         const auto after = corrected.update(column);
@@ -154,7 +155,7 @@ TEST(WideTriad, PosesAreCorrectedAsTheCalibrationSays) {
             ASSERT_LT((after->position_m - expected).norm(), 1e-12);
             const Mat3<double> covariance = before->covariance.topLeftCorner<3, 3>();
             const Mat3<double> spread = known.output_linear * covariance * known.output_linear.transpose();
-            ASSERT_TRUE((after->covariance.topLeftCorner<3, 3>().isApprox(spread, 1e-9)));
+            ASSERT_TRUE((is_approx(after->covariance.topLeftCorner<3, 3>(), spread, 1e-9)));
         }
     });
 }

@@ -218,14 +218,6 @@ TEST(FilterParams, InvalidCouplingConstantIsRefused) {
     EXPECT_TRUE(check(params).ok());
 }
 
-/// A prediction to an earlier or equal time has no effect; the covariance only grows.
-TEST_F(FilterInput, PredictionBackwardsHasNoEffect) {
-    for (const double ahead_s : {-1.0, kNaN, 0.0}) {
-        EXPECT_EQ(filter_.predicted(ahead_s).covariance, filter_.motion().covariance);
-    }
-    EXPECT_EQ(filter_.predicted(1e30).time, filter_.motion().time + Microseconds{10'000'000});
-}
-
 /// Memory per sensor. An image of 40 KiB RAM has four sensors, so additional members must be noticed.
 TEST(FilterSizes, AreWithinTheRamOfAnImage) {
     EXPECT_LE(sizeof(State<float>), 704U);

@@ -50,7 +50,7 @@ Seen play(const MethodParams<double>& method, const sim::Motion& motion, const S
     params.method = method;
     params.common.quadrature_floor = signal.floor;
     params.common.quadrature_lag_s = kLag_s;
-    AnyTracker<double> tracker(params, signal.calibration);
+    AnyTracker tracker(params, signal.calibration);
     std::mt19937_64 random(7);
     std::normal_distribution<double> normal(0, kNoise);
     const double k = field::coupling_strength(test::kCoupling, 0.5);

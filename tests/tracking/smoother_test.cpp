@@ -26,7 +26,7 @@ template <typename Keep>
 Scores play_both(const sim::Motion& motion, const ReplayParams& params, Keep&& keep) {
     Scores scores;
     const host::TrackerSettings settings = settings_of(params.tdm, motion.at(0).position_m);
-    tracking::AnyTracker<double> filter(settings.tracker);
+    tracking::AnyTracker filter(settings.tracker);
     host::SmoothingTap tap([&](const host::SmoothedPose& smoothed) { scores.smoother.add(smoothed.pose, motion, params.sigma); });
     tap.begin(settings);
     replay<double>(motion, params, [&](const Column<double>& column) {

@@ -10,6 +10,7 @@
 #include "board/host/calibration/self_calibration.hpp"
 #include "core/base/crc32.hpp"
 #include "core/calibration/coil_correction.hpp"
+#include "tests/support/approx.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::calibration {
@@ -180,10 +181,10 @@ TEST(CalibrationApply, UndoesGains) {
     const Vec3<double> p(0.3, -0.1, 0.2);
     const Mat3<double> o = geometry::attitude_matrix(geometry::Euler<double>{0.3, 0.4, -1.0});
     const Mat3<double> x = field::signal_matrix(c.model, p, o);
-    EXPECT_TRUE(host::corrected(x, c.model.sensor_sensitivity, c.model.source_moment)
-                    .isApprox(field::signal_matrix<double>(1.0, p, o), 1e-12));
+    EXPECT_TRUE(is_approx(host::corrected(x, c.model.sensor_sensitivity, c.model.source_moment),
+                          field::signal_matrix<double>(1.0, p, o), 1e-12));
     c.output_linear.setIdentity();
-    EXPECT_TRUE(CoilCorrection<double>::phases(c).corrected_position(p).isApprox(p + c.output_offset_m, 1e-12));
+    EXPECT_TRUE(is_approx(CoilCorrection<double>::phases(c).corrected_position(p), p + c.output_offset_m, 1e-12));
 }
 
 }  // namespace

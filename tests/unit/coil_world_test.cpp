@@ -10,6 +10,7 @@
 #include "sim/hal/simulated_hal.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "sim/world/metal/sphere.hpp"
+#include "tests/support/approx.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::sim {
@@ -101,10 +102,10 @@ TEST(CoilWorld, FaultsShowInTheCouplings) {
     };
     CoilWorld healthy(quiet(), motion, {});
     const Mat3<double> x = demodulated(healthy, plan_of(Multiplexing::tdm));
-    EXPECT_TRUE(with("reversed_coil:S1").col(0).isApprox(-x.col(0), 1e-4));
-    EXPECT_TRUE(with("reversed_coil:C2").row(1).isApprox(-x.row(1), 1e-4));
-    EXPECT_TRUE(with("swapped_coils:S1,S2").col(0).isApprox(x.col(1), 1e-4));
-    EXPECT_TRUE(with("swapped_coils:C2,C3").row(2).isApprox(x.row(1), 1e-4));
+    EXPECT_TRUE(is_approx(with("reversed_coil:S1").col(0), -x.col(0), 1e-4));
+    EXPECT_TRUE(is_approx(with("reversed_coil:C2").row(1), -x.row(1), 1e-4));
+    EXPECT_TRUE(is_approx(with("swapped_coils:S1,S2").col(0), x.col(1), 1e-4));
+    EXPECT_TRUE(is_approx(with("swapped_coils:C2,C3").row(2), x.row(1), 1e-4));
     EXPECT_TRUE(with("open_coil:S3").col(2).isZero(1e-9));
     EXPECT_TRUE(with("stuck_channel:C1").row(0).isZero(1e-9));
     const Vec3<double> unplugged = eigen(with("unplugged")).jacobiSvd().singularValues();

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/signal/phase_calibration.hpp"
+#include "tests/support/approx.hpp"
 #include "tests/support/tones.hpp"
 
 namespace tricoil::signal {
@@ -53,7 +54,7 @@ TEST_F(DemodulatorTest, TdmGivesOneSignedColumnAtTheWindowsMidpoint) {
     ASSERT_EQ(columns->size(), 1U);
     const auto& column = (*columns)[0];
     EXPECT_EQ(column.state, Excitation::s2);
-    EXPECT_TRUE(column.in_phase.isApprox(Vec3<double>(0.5, -0.25, 0.125), 1e-6));
+    EXPECT_TRUE(is_approx(column.in_phase, Vec3<double>(0.5, -0.25, 0.125), 1e-6));
     EXPECT_LT(column.quadrature.norm(), 1e-6);
     const double middle = (40 + 79.5) / 144e3;
     EXPECT_NEAR(to_seconds(column.midpoint), 1.0 + middle, 1e-6);
@@ -232,7 +233,7 @@ TEST_F(DemodulatorTest, PhaseCalibrationMakesCouplingsReal) {
     }
     Demodulator<double> calibrated(tdm_, params);
     const auto column = (*calibrated.demodulate(block(tdm_, Excitation::s1, coupled(couplings[0], phases))))[0];
-    EXPECT_TRUE(column.in_phase.isApprox(couplings[0], 1e-5));
+    EXPECT_TRUE(is_approx(column.in_phase, couplings[0], 1e-5));
     EXPECT_LT(column.quadrature.norm(), 1e-5);
 }
 

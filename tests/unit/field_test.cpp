@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/linear/eigen.hpp"
+#include "tests/support/approx.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::field {
@@ -12,7 +13,7 @@ namespace {
 
 TEST(ConcentricDipole, EqualsEquation4OnTheLineOfSight) {
     const Mat3<double> x = signal_matrix<double>(1.0, {0.5, 0, 0}, Mat3<double>::Identity());
-    EXPECT_TRUE(x.isApprox(8.0 * Mat3<double>(Vec3<double>(1, -0.5, -0.5).asDiagonal()), 1e-14));
+    EXPECT_TRUE(is_approx(x, 8.0 * Mat3<double>(Vec3<double>(1, -0.5, -0.5).asDiagonal()), 1e-14));
 }
 
 TEST(ConcentricDipole, EqualsTheRotationsOfEquation6) {
@@ -25,7 +26,7 @@ TEST(ConcentricDipole, EqualsTheRotationsOfEquation6) {
     const double range = 0.7;
     const Mat3<double> expected = 2.0 / (range * range * range) * o * p.transpose() * s * p;
     const auto position = geometry::to_cartesian(geometry::Spherical<double>{range, alpha, beta});
-    EXPECT_TRUE(signal_matrix<double>(2.0, position, o).isApprox(expected, 1e-14));
+    EXPECT_TRUE(is_approx(signal_matrix<double>(2.0, position, o), expected, 1e-14));
 }
 
 TEST(ConcentricDipole, SingularValuesAndHandednessOfADipole) {

@@ -8,6 +8,7 @@
 
 #include "core/field/induced_field.hpp"
 #include "core/geometry/rotations.hpp"
+#include "tests/support/approx.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::field {
@@ -71,9 +72,9 @@ TEST(GeneralDipole, EqualsTheConcentricModelForIdealCoils) {
         for (int j = 0; j < 3; ++j) {
             const auto general = column_model(model, p, o, j);
             const auto ideal = column_model<double>(0.7, p, o, j);
-            EXPECT_TRUE(general.column.isApprox(ideal.column, 1e-13));
-            EXPECT_TRUE(general.by_position_per_m.isApprox(ideal.by_position_per_m, 1e-12));
-            EXPECT_TRUE(general.by_rotation_per_rad.isApprox(ideal.by_rotation_per_rad, 1e-12));
+            EXPECT_TRUE(is_approx(general.column, ideal.column, 1e-13));
+            EXPECT_TRUE(is_approx(general.by_position_per_m, ideal.by_position_per_m, 1e-12));
+            EXPECT_TRUE(is_approx(general.by_rotation_per_rad, ideal.by_rotation_per_rad, 1e-12));
         }
     }
 }
@@ -88,7 +89,7 @@ TEST(GeneralDipole, MomentsOfConcentricCoilsAreGainMatrices) {
         const Mat3<double> o = geometry::attitude_matrix(random.attitude());
         const Mat3<double> ideal = signal_matrix<double>(1.0, p, o);
         const Mat3<double> expected = model.sensor_sensitivity.transpose() * ideal * model.source_moment;
-        EXPECT_TRUE(signal_matrix(model, p, o).isApprox(expected, 1e-12));
+        EXPECT_TRUE(is_approx(signal_matrix(model, p, o), expected, 1e-12));
     }
 }
 
@@ -231,12 +232,12 @@ TEST(InducedField, AgreesWithTheGeneralModel) {
             const auto expected = column_model(ideal, p, o, j);
             auto column = column_model<double>(kC, p, o, j);
             add_induced(ideal.surroundings, p, o, j, column);
-            EXPECT_TRUE(column.column.isApprox(expected.column, 1e-12));
-            EXPECT_TRUE(column.by_position_per_m.isApprox(expected.by_position_per_m, 1e-12));
-            EXPECT_TRUE(column.by_rotation_per_rad.isApprox(expected.by_rotation_per_rad, 1e-12));
+            EXPECT_TRUE(is_approx(column.column, expected.column, 1e-12));
+            EXPECT_TRUE(is_approx(column.by_position_per_m, expected.by_position_per_m, 1e-12));
+            EXPECT_TRUE(is_approx(column.by_rotation_per_rad, expected.by_rotation_per_rad, 1e-12));
         }
         const Mat3<double> x = signal_matrix<double>(kC, p, o) + induced_couplings(ideal.surroundings, p, o);
-        EXPECT_TRUE(x.isApprox(signal_matrix(ideal, p, o), 1e-12));
+        EXPECT_TRUE(is_approx(x, signal_matrix(ideal, p, o), 1e-12));
     }
 }
 

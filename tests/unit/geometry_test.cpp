@@ -5,6 +5,7 @@
 
 #include "core/geometry/angles.hpp"
 #include "core/linear/eigen.hpp"
+#include "tests/support/approx.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::geometry {
@@ -14,9 +15,9 @@ constexpr double kPi = std::numbers::pi;
 
 TEST(Rotations, FollowTable1) {
     // Passive: in a frame turned by 90 degrees about z, the source's x axis points along -y.
-    EXPECT_TRUE((rotation_z(kPi / 2) * Vec3<double>::UnitX()).isApprox(-Vec3<double>::UnitY(), 1e-15));
-    EXPECT_TRUE((rotation_y(kPi / 2) * Vec3<double>::UnitX()).isApprox(Vec3<double>::UnitZ(), 1e-15));
-    EXPECT_TRUE((rotation_x(kPi / 2) * Vec3<double>::UnitY()).isApprox(-Vec3<double>::UnitZ(), 1e-15));
+    EXPECT_TRUE(is_approx((rotation_z(kPi / 2) * Vec3<double>::UnitX()), -Vec3<double>::UnitY(), 1e-15));
+    EXPECT_TRUE(is_approx((rotation_y(kPi / 2) * Vec3<double>::UnitX()), Vec3<double>::UnitZ(), 1e-15));
+    EXPECT_TRUE(is_approx((rotation_x(kPi / 2) * Vec3<double>::UnitY()), -Vec3<double>::UnitZ(), 1e-15));
 }
 
 TEST(Spherical, PositiveElevationPointsDown) {
@@ -27,19 +28,19 @@ TEST(Spherical, PositiveElevationPointsDown) {
 
 TEST(Spherical, DirectionIsTheFirstRowOfP) {
     const Mat3<double> p = line_of_sight_rotation(0.7, -0.4);
-    EXPECT_TRUE(p.row(0).transpose().isApprox(direction(0.7, -0.4), 1e-15));
+    EXPECT_TRUE(is_approx(p.row(0).transpose(), direction(0.7, -0.4), 1e-15));
 }
 
 TEST(Spherical, RoundTripInAllOctantsAndAtThePoles) {
     test::RandomPoses random(1);
     for (int i = 0; i < 1000; ++i) {
         const Vec3<double> p = random.uniform(0.1, 2) * random.direction();
-        EXPECT_TRUE(to_cartesian(to_spherical(p)).isApprox(p, 1e-14));
+        EXPECT_TRUE(is_approx(to_cartesian(to_spherical(p)), p, 1e-14));
     }
     for (const double z : {-1.0, 1.0}) {
         const Spherical<double> s = to_spherical(Vec3<double>(0, 0, z));
         EXPECT_DOUBLE_EQ(s.elevation_rad, -z * kPi / 2);
-        EXPECT_TRUE(to_cartesian(s).isApprox(Vec3<double>(0, 0, z), 1e-15));
+        EXPECT_TRUE(is_approx(to_cartesian(s), Vec3<double>(0, 0, z), 1e-15));
     }
 }
 
@@ -47,8 +48,8 @@ TEST(Euler, RoundTripsThroughMatrixAndQuaternion) {
     test::RandomPoses random(2);
     for (int i = 0; i < 1000; ++i) {
         const Mat3<double> o = attitude_matrix(random.attitude());
-        EXPECT_TRUE(attitude_matrix(to_euler(o)).isApprox(o, 1e-13));
-        EXPECT_TRUE(attitude_matrix(attitude_quaternion(o)).isApprox(o, 1e-13));
+        EXPECT_TRUE(is_approx(attitude_matrix(to_euler(o)), o, 1e-13));
+        EXPECT_TRUE(is_approx(attitude_matrix(attitude_quaternion(o)), o, 1e-13));
     }
 }
 
@@ -57,7 +58,7 @@ TEST(Euler, MatrixIsKeptAtTheGimbalPole) {
         const Mat3<double> o = attitude_matrix(Euler<double>{0.3, theta, -0.8});
         const Euler<double> e = to_euler(o);
         EXPECT_NEAR(e.elevation_rad, theta, 1e-7);
-        EXPECT_TRUE(attitude_matrix(e).isApprox(o, 1e-7));
+        EXPECT_TRUE(is_approx(attitude_matrix(e), o, 1e-7));
     }
 }
 
@@ -69,7 +70,7 @@ TEST(SmallRotations, ExponentialAndLogarithmAreInverseAtAllSizes) {
         EXPECT_NEAR(q.norm(), 1, 1e-12) << angle;
         EXPECT_TRUE((quaternion_to_rotation_vector(q) - r).norm() < 1e-12) << angle;
         const Mat3<double> exact = Eigen::AngleAxisd(angle, eigen(axis)).toRotationMatrix();
-        EXPECT_TRUE(q.toRotationMatrix().isApprox(exact, 1e-12)) << angle;
+        EXPECT_TRUE(is_approx(q.toRotationMatrix(), exact, 1e-12)) << angle;
     }
 }
 

@@ -10,6 +10,7 @@
 #include "sim/motion/simple_motions.hpp"
 #include "sim/motion/zero_phase_filter.hpp"
 #include "sim/world/pose_track.hpp"
+#include "tests/support/approx.hpp"
 #include "tests/support/temporary_path.hpp"
 
 namespace tricoil::sim {
@@ -83,7 +84,7 @@ TEST(PaperMotion, IntegratesTheRatesOfEquation40) {
         EXPECT_NEAR(elevation_rate, 2, 1e-6);
         EXPECT_NEAR(range_rate, 0.3 + 0.2 * std::sin(10 * kPi * t), 1e-6);
     }
-    EXPECT_TRUE(motion.at(0).position_m.isApprox(Vec3<double>(0.5, 0, 0)));
+    EXPECT_TRUE(is_approx(motion.at(0).position_m, Vec3<double>(0.5, 0, 0)));
 }
 
 TEST(HandMotion, IsSeededSmoothAndOfHandSpeed) {
@@ -143,7 +144,7 @@ protected:
 TEST_F(TrajectoryFile, ReadsPosesInOrder) {
     const auto poses = host::read_trajectory(write(path_of(10)));
     ASSERT_EQ(poses.size(), 10U);
-    EXPECT_TRUE(poses[3].position_m.isApprox(Vec3<double>(0.3, 0.5, -2)));
+    EXPECT_TRUE(is_approx(poses[3].position_m, Vec3<double>(0.3, 0.5, -2)));
 }
 
 TEST_F(TrajectoryFile, NamesEveryErrorWithItsLine) {
@@ -193,7 +194,7 @@ TEST(RecordedMotion, RemovesRepeatsSmoothsAndPositions) {
     }
     const RecordedMotion fast(recording, {.speed = 2});
     EXPECT_NEAR(fast.duration_s(), 1.495, 1e-9);
-    EXPECT_TRUE(fast.at(0.5).position_m.isApprox(motion.at(1.0).position_m));
+    EXPECT_TRUE(is_approx(fast.at(0.5).position_m, motion.at(1.0).position_m));
 }
 
 TEST(RecordedMotion, RefusesInvalidMotions) {

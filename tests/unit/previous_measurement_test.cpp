@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "tests/support/approx.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::solver {
@@ -43,7 +44,7 @@ TEST(TrackingIncrements, InvertEquation14) {
     EXPECT_NEAR(step->range_m, 0.5, 1e-15);
     EXPECT_NEAR(step->position_azimuth, a, 1e-15);
     EXPECT_NEAR(step->position_elevation, b, 1e-15);
-    EXPECT_TRUE(step->rotation.isApprox(Vec3<double>(phi, theta, psi), 1e-12));
+    EXPECT_TRUE(is_approx(step->rotation, Vec3<double>(phi, theta, psi), 1e-12));
 }
 
 TEST(StepAngles, TruthIsAFixedPoint) {

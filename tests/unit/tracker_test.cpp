@@ -52,7 +52,7 @@ TEST_F(TrackerTest, EveryMethodFindsAStillSensor) {
     for (const MethodParams<double>& method : std::initializer_list<MethodParams<double>>{DirectParams{}, PreviousParams{}}) {
         auto p = params();
         p.method = method;
-        AnyTracker<double> tracker(p);
+        AnyTracker tracker(p);
         feed_frame(tracker, x_);
         const auto estimate = feed_frame(tracker, x_);
         ASSERT_TRUE(estimate.has_value());
@@ -227,7 +227,7 @@ TEST_F(TrackerTest, QuaternionSignsAreContinuous) {
     for (const MethodParams<double>& method : methods) {
         auto p = params();
         p.method = method;
-        AnyTracker<double> tracker(p);
+        AnyTracker tracker(p);
         Quat<double> last = Quat<double>::Identity();
         double least = 1;
         for (int n = 0; n < 900; ++n) {

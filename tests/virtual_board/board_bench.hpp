@@ -10,11 +10,19 @@
 #include "board/support/sim_input/fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "board/virtual_board/symbols_file.hpp"
+#include "core/protocol/convert.hpp"
 #include "sim/virtual_board/machine/symbols.hpp"
 #include "sim/virtual_board/run_report.hpp"
 #include "sim/world/scenario.hpp"
 #include "tests/app/host_end.hpp"
 #include "tests/virtual_board/wire_ends.hpp"
+
+namespace tricoil::protocol {
+
+/// Flags of a column message without its gain step.
+constexpr std::uint16_t flag_bits(const ColumnMessage& m) { return m.flags & ((1U << kGainStepBit) - 1); }
+
+}  // namespace tricoil::protocol
 
 namespace tricoil::test {
 

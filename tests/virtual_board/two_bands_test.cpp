@@ -35,7 +35,7 @@ struct TwoBands : ::testing::TestWithParam<const char*> {
         tracking::TrackerParams<double> params;
         params.method = method;
         tracking::set_plan(params.common, kPlan);
-        tracking::AnyTracker<double> tracker(params, std::optional(coils));
+        tracking::AnyTracker tracker(params, std::optional(coils));
         double squares = 0;
         std::size_t valid = 0;
         const auto& columns = bench.host(test::on_usb).columns;

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
 
 #include "board/host/calibration/calibration_fit.hpp"

@@ -6,7 +6,6 @@
 #include "board/host/figures/draw.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
-#include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 
 namespace tricoil::host {

@@ -128,7 +128,7 @@ private:
     app::Devices<double> devices_;
     sim::SimulatedClock& clock_;
     sim::ColumnWorld world_;
-    app::ColumnChain<double, tracking::AnyTracker<double>> chain_;
+    app::ColumnChain<double, tracking::AnyTracker> chain_;
     signal::Columns<double> columns_;
     bool has_columns_ = false;
     bool after_gap_ = false;
@@ -160,7 +160,7 @@ std::optional<calibration::Calibration<double>> read_coils(const RunOptions& opt
         return std::nullopt;
     }
     const auto coils = read_calibration(options.calibration).calibration;
-    if (const Status status = tracking::AnyTracker<double>::check(tracker, coils); !status.ok()) {
+    if (const Status status = tracking::AnyTracker::check(tracker, coils); !status.ok()) {
         const bool filters = std::holds_alternative<tracking::ScaatParams<double>>(tracker.method);
         throw InputError(options.calibration + ": " + status.message() + (filters ? "" : "; use --tracker scaat"));
     }

@@ -18,8 +18,6 @@ class Server {
 public:
     Server();
     ~Server();
-    Server(const Server&) = delete;
-    Server& operator=(const Server&) = delete;
 
     [[nodiscard]] PoseHub& hub() { return hub_; }
     [[nodiscard]] StylusButton& button() { return button_; }

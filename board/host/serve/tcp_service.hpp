@@ -57,8 +57,6 @@ public:
             print_notice("tricoil: {}: {} records were dropped, because clients read too slowly\n", name_, dropped_);
         }
     }
-    TcpService(const TcpService&) = delete;
-    TcpService& operator=(const TcpService&) = delete;
 
     [[nodiscard]] int port() const { return listener_.port(); }
 

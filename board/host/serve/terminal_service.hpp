@@ -109,8 +109,6 @@ public:
     /// pseudo terminal.
     explicit PseudoTerminal(const std::string& link);
     ~PseudoTerminal();
-    PseudoTerminal(const PseudoTerminal&) = delete;
-    PseudoTerminal& operator=(const PseudoTerminal&) = delete;
 
     [[nodiscard]] const std::string& path() const { return link_.empty() ? name_ : link_; }
     /// Duplicate of the server's end. The caller closes it.

@@ -21,11 +21,7 @@ public:
     /// does not answer or the host cannot be reached.
     UdpService(std::string name, const TcpAddress& address, Encode encode);
     ~UdpService() override;
-    UdpService(const UdpService&) = delete;
-    UdpService& operator=(const UdpService&) = delete;
 
-    bool watch(std::vector<pollfd>& /*descriptors*/) override { return false; }
-    void handle() override {}
     void take(std::span<const ServedPose> poses) override;
 
 private:

@@ -47,7 +47,7 @@ State<double> step_back(const FilterState<double>& filter, const State<double>& 
 }
 
 /// Converts a vector from the frame of corrected columns to the source frame.
-Vec3<double> in_source_frame(const Vec3<double>& vector, const tracking::AnyTracker<double>& tracker) {
+Vec3<double> in_source_frame(const Vec3<double>& vector, const tracking::AnyTracker& tracker) {
     tracking::PoseEstimate<double> end;
     tracking::PoseEstimate<double> begin;
     end.position_m = vector;
@@ -58,7 +58,7 @@ Vec3<double> in_source_frame(const Vec3<double>& vector, const tracking::AnyTrac
 
 }  // namespace
 
-void Smoother::add(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker) {
+void Smoother::add(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker& tracker) {
     Step step{estimate, *tracker.filter_state()};
     step.begins = begins_interval(step);
     steps_.push_back(step);
@@ -67,7 +67,7 @@ void Smoother::add(const tracking::PoseEstimate<double>& estimate, const trackin
     }
 }
 
-void Smoother::finish(const tracking::AnyTracker<double>& tracker) { smooth_first(steps_.size(), tracker); }
+void Smoother::finish(const tracking::AnyTracker& tracker) { smooth_first(steps_.size(), tracker); }
 
 bool Smoother::begins_interval(const Step& step) const {
     if (steps_.empty() || step.filter.run == 0) {
@@ -79,7 +79,7 @@ bool Smoother::begins_interval(const Step& step) const {
 }
 
 SmoothedPose Smoother::reported(const Step& step, const tracking::scaat::State<double>& smoothed,
-                                const tracking::AnyTracker<double>& tracker) {
+                                const tracking::AnyTracker& tracker) {
     tracking::PoseEstimate<double> own = step.filtered;  // with the part of the covariance that smoothing reduces
     own.covariance =
         tracking::scaat::kCovarianceMargin * step.filter.covariance_factor * step.filter.state.covariance.topLeftCorner<6, 6>();
@@ -100,7 +100,7 @@ SmoothedPose Smoother::reported(const Step& step, const tracking::scaat::State<d
 }
 
 /// Smooths all steps, delivers the first `count` and forgets them.
-void Smoother::smooth_first(std::size_t count, const tracking::AnyTracker<double>& tracker) {
+void Smoother::smooth_first(std::size_t count, const tracking::AnyTracker& tracker) {
     std::vector<State<double>> smoothed(steps_.size());
     for (std::size_t k = steps_.size(); k-- > 0;) {
         const bool is_last = k + 1 == steps_.size() || steps_[k + 1].begins;

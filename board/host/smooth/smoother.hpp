@@ -1,7 +1,6 @@
 // Fixed-interval smoother over the states of the SCAAT filter.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -28,10 +27,10 @@ public:
 
     /// A pose that update() of `tracker` has just returned. The tracker must have a filter, without prediction. A pose that was
     /// not filtered is delivered as it is, and ends an interval.
-    void add(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker<double>& tracker);
+    void add(const tracking::PoseEstimate<double>& estimate, const tracking::AnyTracker& tracker);
 
     /// Smooths and delivers the remaining poses. add() may follow, also with a new tracker.
-    void finish(const tracking::AnyTracker<double>& tracker);
+    void finish(const tracking::AnyTracker& tracker);
 
 private:
     struct Step {
@@ -42,8 +41,8 @@ private:
 
     [[nodiscard]] bool begins_interval(const Step& step) const;
     static SmoothedPose reported(const Step& step, const tracking::scaat::State<double>& smoothed,
-                                 const tracking::AnyTracker<double>& tracker);
-    void smooth_first(std::size_t count, const tracking::AnyTracker<double>& tracker);
+                                 const tracking::AnyTracker& tracker);
+    void smooth_first(std::size_t count, const tracking::AnyTracker& tracker);
 
     Receiver receiver_;
     std::vector<Step> steps_;

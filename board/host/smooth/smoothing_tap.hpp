@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "board/host/smooth/smoother.hpp"
@@ -23,11 +22,11 @@ public:
 
 private:
     struct Sensor {
-        Sensor(const tracking::TrackerParams<double>& params, const tracking::AnyTracker<double>::Calibration& coils,
+        Sensor(const tracking::TrackerParams<double>& params, const tracking::AnyTracker::Calibration& coils,
                const Smoother::Receiver& receiver)
             : tracker(params, coils), smoother(receiver) {}
 
-        tracking::AnyTracker<double> tracker;
+        tracking::AnyTracker tracker;
         Smoother smoother;
     };
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "core/base/time.hpp"
-#include "core/solver/pose_covariance.hpp"
 
 namespace tricoil::tracking {
 

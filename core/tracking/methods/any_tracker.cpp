@@ -5,37 +5,31 @@
 namespace tricoil::tracking {
 namespace {
 
-template <typename Scalar>
-typename Tracker<Scalar>::Correction ideal_triads(const std::optional<calibration::Calibration<Scalar>>& coils) {
+Tracker<double>::Correction ideal_triads(const std::optional<calibration::Calibration<double>>& coils) {
     if (!coils) {
         return std::nullopt;
     }
-    const auto correction = calibration::CoilCorrection<Scalar>::ideal_triads(*coils);
+    const auto correction = calibration::CoilCorrection<double>::ideal_triads(*coils);
     return correction.ok() ? std::optional(*correction) : std::nullopt;
 }
 
 }  // namespace
 
-template <typename Scalar>
-AnyTracker<Scalar>::AnyTracker(const TrackerParams<Scalar>& params, const Calibration& coils) {
+AnyTracker::AnyTracker(const TrackerParams<double>& params, const Calibration& coils) {
     const Correction correction = ideal_triads(coils);
     if (coils && !correction) {
-        tracker_ = &method_.template emplace<GeneralTracker<Scalar>>(params, *coils);
+        tracker_ = &method_.emplace<GeneralTracker<double>>(params, *coils);
     } else {
         make(params, correction);
     }
 }
 
-template <typename Scalar>
-AnyTracker<Scalar>::AnyTracker(const TrackerParams<Scalar>& params, const Correction& correction) {
-    make(params, correction);
-}
+AnyTracker::AnyTracker(const TrackerParams<double>& params, const Correction& correction) { make(params, correction); }
 
-template <typename Scalar>
-void AnyTracker<Scalar>::make(const TrackerParams<Scalar>& params, const Correction& correction) {
+void AnyTracker::make(const TrackerParams<double>& params, const Correction& correction) {
     TRICOIL_ASSERT(tracking::check(params).ok());
     const auto emplace = [&]<typename Params>(const Params&) {
-        tracker_ = &method_.template emplace<TrackerOf<Scalar, Params>>(params, correction);
+        tracker_ = &method_.emplace<TrackerOf<Params>>(params, correction);
     };
     std::visit(emplace, params.method);
     if (const auto* bands = std::get_if<DualBandParams>(&params.method); bands != nullptr && bands->filter) {
@@ -43,20 +37,17 @@ void AnyTracker<Scalar>::make(const TrackerParams<Scalar>& params, const Correct
     }
 }
 
-template <typename Scalar>
-std::optional<scaat::FilterState<Scalar>> AnyTracker<Scalar>::filter_state() const {
+std::optional<scaat::FilterState<double>> AnyTracker::filter_state() const {
     if (filter_) {
         return filter_->filter_state();
     }
-    if (const auto* ideal = std::get_if<ScaatTracker<Scalar>>(&method_)) {
+    if (const auto* ideal = std::get_if<ScaatTracker<double>>(&method_)) {
         return ideal->filter_state();
     }
-    if (const auto* general = std::get_if<GeneralTracker<Scalar>>(&method_)) {
+    if (const auto* general = std::get_if<GeneralTracker<double>>(&method_)) {
         return general->filter_state();
     }
     return std::nullopt;
 }
-
-template class AnyTracker<double>;
 
 }  // namespace tricoil::tracking

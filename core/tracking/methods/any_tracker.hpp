@@ -1,4 +1,4 @@
-// Tracker with a method chosen at run time, without heap. For programs that offer all methods.
+// Tracker in double with a method chosen at run time, without heap. For programs that offer all methods.
 #pragma once
 
 #include "core/tracking/matrix/direct_tracker.hpp"
@@ -11,70 +11,60 @@
 namespace tricoil::tracking {
 
 // Tracker of each method.
-template <typename Scalar>
-DirectTracker<Scalar> tracker_of(const DirectParams&);
-template <typename Scalar>
-PreviousTracker<Scalar> tracker_of(const PreviousParams&);
-template <typename Scalar>
-ScaatTracker<Scalar> tracker_of(const ScaatParams<Scalar>&);
-template <typename Scalar>
+DirectTracker<double> tracker_of(const DirectParams&);
+PreviousTracker<double> tracker_of(const PreviousParams&);
+ScaatTracker<double> tracker_of(const ScaatParams<double>&);
 DualBandTracker tracker_of(const DualBandParams&);
 
-template <typename Scalar, typename Params>
-using TrackerOf = decltype(tracker_of<Scalar>(std::declval<Params>()));
+template <typename Params>
+using TrackerOf = decltype(tracker_of(std::declval<Params>()));
 
 /// The parameters select the method. Coils that CoilCorrection cannot correct need the filter; the tracker is then a
 /// GeneralTracker.
-template <typename Scalar>
 class AnyTracker {
 public:
-    using Calibration = std::optional<calibration::Calibration<Scalar>>;
-    using Correction = typename Tracker<Scalar>::Correction;
+    using Calibration = std::optional<calibration::Calibration<double>>;
+    using Correction = Tracker<double>::Correction;
 
     /// Errors (invalid_argument or not_finite, with the reason): those of the parameters and of the calibration; coils that need
     /// the filter while another method is selected; those of DualBandTracker::check().
-    static Status check(const TrackerParams<Scalar>& params, const Calibration& coils);
+    static Status check(const TrackerParams<double>& params, const Calibration& coils);
 
     /// Both must pass check().
-    AnyTracker(const TrackerParams<Scalar>& params, const Calibration& coils);
+    AnyTracker(const TrackerParams<double>& params, const Calibration& coils);
     /// For ideal triads, or coils that the correction makes ideal.
-    explicit AnyTracker(const TrackerParams<Scalar>& params, const Correction& correction = std::nullopt);
-    AnyTracker(const AnyTracker&) = delete;
-    AnyTracker& operator=(const AnyTracker&) = delete;
+    explicit AnyTracker(const TrackerParams<double>& params, const Correction& correction = std::nullopt);
 
-    std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column) {
+    std::optional<PoseEstimate<double>> update(const Column<double>& column) {
         const auto pose = tracker_->update(column);
         return pose && filter_ ? filter_->update(*pose) : pose;
     }
-    std::optional<PoseEstimate<Scalar>> tick(DeviceTime now) {
+    std::optional<PoseEstimate<double>> tick(DeviceTime now) {
         const auto pose = tracker_->tick(now);
         const auto coasting = filter_ ? filter_->tick(now) : std::nullopt;
         return coasting ? coasting : pose;
     }
-    Status set_hemisphere(const Vec3<Scalar>& towards) { return tracker_->set_hemisphere(towards); }
+    Status set_hemisphere(const Vec3<double>& towards) { return tracker_->set_hemisphere(towards); }
     [[nodiscard]] TrackerState state() const { return tracker_->state(); }
     /// Converts a pose from the frame of filter_state(), as Tracker::to_source_frame().
-    void to_source_frame(PoseEstimate<Scalar>& estimate) const {
+    void to_source_frame(PoseEstimate<double>& estimate) const {
         if (!filter_) {  // which gets poses in the source frame
             tracker_->to_source_frame(estimate);
         }
     }
     /// Empty if the method has no filter.
-    [[nodiscard]] std::optional<scaat::FilterState<Scalar>> filter_state() const;
+    [[nodiscard]] std::optional<scaat::FilterState<double>> filter_state() const;
     [[nodiscard]] const TrackerCounters& counters() const { return tracker_->counters(); }
 
 private:
     template <typename... Params>
-    static std::variant<std::monostate, TrackerOf<Scalar, Params>..., GeneralTracker<Scalar>> any_of(
-        const std::variant<Params...>&);
+    static std::variant<std::monostate, TrackerOf<Params>..., GeneralTracker<double>> any_of(const std::variant<Params...>&);
 
-    void make(const TrackerParams<Scalar>& params, const Correction& correction);
+    void make(const TrackerParams<double>& params, const Correction& correction);
 
-    decltype(any_of(std::declval<MethodParams<Scalar>>())) method_;
-    Tracker<Scalar>* tracker_ = nullptr;  // in method_
+    decltype(any_of(std::declval<MethodParams<double>>())) method_;
+    Tracker<double>* tracker_ = nullptr;  // in method_
     std::optional<PoseFilter> filter_;
 };
-
-extern template class AnyTracker<double>;
 
 }  // namespace tricoil::tracking

@@ -3,33 +3,26 @@
 
 namespace tricoil::tracking {
 
-/// Some trackers cannot use every correction.
-template <typename Scalar, typename Params>
-static Status check_correction(const Params& /*method*/, const calibration::CoilCorrection<Scalar>& correction) {
-    if constexpr (requires { TrackerOf<Scalar, Params>::check(correction); }) {
-        return TrackerOf<Scalar, Params>::check(correction);
-    } else {
-        return {};
-    }
-}
-
-template <typename Scalar>
-Status AnyTracker<Scalar>::check(const TrackerParams<Scalar>& params, const Calibration& coils) {
+Status AnyTracker::check(const TrackerParams<double>& params, const Calibration& coils) {
     Status status = tracking::check(params);
     if (!status.ok() || !coils) {
         return status;
     }
     status = calibration::check(*coils);
-    if (status.ok() && !std::holds_alternative<ScaatParams<Scalar>>(params.method)) {
-        const auto correction = calibration::CoilCorrection<Scalar>::ideal_triads(*coils);
+    if (status.ok() && !std::holds_alternative<ScaatParams<double>>(params.method)) {
+        const auto correction = calibration::CoilCorrection<double>::ideal_triads(*coils);
         status = correction.status();
         if (status.ok()) {
-            status = std::visit([&](const auto& method) { return check_correction<Scalar>(method, *correction); }, params.method);
+            const auto check_it = [&]<typename Params>(const Params&) -> Status {
+                if constexpr (requires { TrackerOf<Params>::check(*correction); }) {  // some cannot use every correction
+                    return TrackerOf<Params>::check(*correction);
+                }
+                return {};
+            };
+            status = std::visit(check_it, params.method);
         }
     }
     return status;
 }
-
-template Status AnyTracker<double>::check(const TrackerParams<double>& params, const Calibration& coils);
 
 }  // namespace tricoil::tracking

@@ -19,9 +19,6 @@ namespace tricoil::tracking::scaat {
 template <typename Scalar, MeasurementModel<Scalar> Model>
 class Filter : public Tracker<Scalar> {
 public:
-    /// Pose and covariance `ahead_s` (0 to 10 s) after the newest column, at the present rates.
-    [[nodiscard]] State<Scalar> predicted(Scalar ahead_s) const;
-
     [[nodiscard]] const State<Scalar>& motion() const { return estimator_.state(); }
     [[nodiscard]] Intensity<Scalar> intensity() const { return estimator_.intensity(); }
     /// In the frame of corrected columns, as motion().

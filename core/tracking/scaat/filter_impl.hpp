@@ -400,14 +400,4 @@ void Filter<Scalar, Model>::do_set_hemisphere(const Vec3<Scalar>& towards) {
     }
 }
 
-template <typename Scalar, MeasurementModel<Scalar> Model>
-State<Scalar> Filter<Scalar, Model>::predicted(Scalar ahead_s) const {
-    constexpr Scalar kLongest_s = 10;
-    const bool forward = ahead_s > 0;  // false for NaN
-    const Scalar us = forward ? Scalar(1e6) * std::min(ahead_s, kLongest_s) : Scalar(0);
-    State<Scalar> state = motion();
-    estimator_.predict(state, Microseconds{static_cast<std::int32_t>(us + Scalar(0.5))});
-    return state;
-}
-
 }  // namespace tricoil::tracking::scaat

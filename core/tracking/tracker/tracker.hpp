@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "core/base/interface.hpp"
 #include "core/calibration/coil_correction.hpp"
 #include "core/signal/column.hpp"
 #include "core/tracking/front/column_check.hpp"
@@ -17,13 +18,9 @@ namespace tricoil::tracking {
 /// coils are ideal. Hemispheres are in the same frame as poses. Of the two quaternions of an attitude the tracker reports the one
 /// closer to the last.
 template <typename Scalar>
-class Tracker {
+class Tracker : public Interface {
 public:
     using Correction = std::optional<calibration::CoilCorrection<Scalar>>;
-
-    virtual ~Tracker() = default;
-    Tracker(const Tracker&) = delete;
-    Tracker& operator=(const Tracker&) = delete;
 
     /// Processes one column. Returns a pose if the method has one at its time. A refused column is counted. Like a column with
     /// the flag `after_gap`, it sets `columns_missing` in the next poses. A column of the low band gives no pose and is not

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "hal/interface.hpp"
+#include "core/base/interface.hpp"
 
 namespace tricoil::virtual_board {
 
@@ -30,7 +30,7 @@ private:
 };
 
 /// Registers of 32 bits at offsets from a base. An unknown offset throws RunFailure.
-class Peripheral : public hal::Interface {
+class Peripheral : public Interface {
 public:
     virtual std::uint32_t read(std::uint32_t offset) = 0;
     virtual void write(std::uint32_t offset, std::uint32_t value) = 0;

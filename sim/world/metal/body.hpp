@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "core/base/interface.hpp"
 #include "core/linear/matrix.hpp"
-#include "hal/interface.hpp"
 #include "sim/world/metal/object.hpp"
 
 namespace tricoil::sim {
@@ -17,7 +17,7 @@ using ComplexMat3 = Mat3<std::complex<double>>;
 /// All vectors are in the object's frame, in metres. The source is a triad of point dipoles along the axes of that frame. Fields
 /// are those of unit moments times 4 pi / mu0 (1/m^3): without metal the field is (3 r r^T / |r|^2 - I) / |r|^3. Phasors
 /// rotate as exp(i w t): the moment of eddy currents in a real field has a negative real part and a negative imaginary part.
-class MetalBody : public hal::Interface {
+class MetalBody : public Interface {
 public:
     /// Sets the frequencies. Takes long for some shapes, although the geometry is not solved again.
     void tune(const std::vector<double>& frequencies_hz) { do_tune(frequencies_hz); }

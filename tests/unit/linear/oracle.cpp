@@ -53,7 +53,6 @@ Oracle Oracle::in_float() const { return oracle(eigen(*this).cast<float>().cast<
 bool Oracle::allFinite() const { return eigen(*this).allFinite(); }
 bool Oracle::isZero(double tolerance) const { return eigen(*this).isZero(tolerance); }
 bool Oracle::isIdentity(double tolerance) const { return eigen(*this).isIdentity(tolerance); }
-bool Oracle::isApprox(const Oracle& b, double tolerance) const { return eigen(*this).isApprox(eigen(b), tolerance); }
 
 double Oracle::maxCoeff() const { return eigen(*this).maxCoeff(); }
 double Oracle::minCoeff() const { return eigen(*this).minCoeff(); }

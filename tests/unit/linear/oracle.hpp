@@ -51,7 +51,6 @@ public:
     [[nodiscard]] bool allFinite() const;
     [[nodiscard]] bool isZero(double tolerance) const;
     [[nodiscard]] bool isIdentity(double tolerance) const;
-    [[nodiscard]] bool isApprox(const Oracle& b, double tolerance) const;
 
     [[nodiscard]] double maxCoeff() const;
     [[nodiscard]] double minCoeff() const;

@@ -27,8 +27,6 @@ class StdoutSender final : public Service {
 public:
     explicit StdoutSender(const PoseUnits& units);
 
-    bool watch(std::vector<pollfd>& /*descriptors*/) override { return false; }
-    void handle() override {}
     void take(std::span<const ServedPose> poses) override;
 
     /// Writes the remaining lines. Throws DeviceError if the disk is full or lines were dropped.

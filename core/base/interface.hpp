@@ -1,7 +1,7 @@
 // Base of the interfaces.
 #pragma once
 
-namespace tricoil::hal {
+namespace tricoil {
 
 /// Not copyable; an implementation may be deleted through its interface.
 class Interface {
@@ -12,4 +12,4 @@ public:
     virtual ~Interface() = default;
 };
 
-}  // namespace tricoil::hal
+}  // namespace tricoil
