@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/linear/eigen.hpp"
+#include "core/solver/pose_covariance.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 #include "sim/hal/simulated_hal.hpp"
 #include "sim/motion/simple_motions.hpp"

@@ -74,7 +74,7 @@ public:
     [[nodiscard]] const State<Scalar>& state() const { return state_; }
     [[nodiscard]] CoilHistory& history() { return history_; }
     [[nodiscard]] const CoilHistory& history() const { return history_; }
-    [[nodiscard]] Intensity<Scalar> intensity() const;
+    [[nodiscard]] Intensity<Scalar> intensity() const { return {std::exp(translation_.log_q), std::exp(rotation_.log_q)}; }
     /// Factor by which recent innovations and their noise exceed the covariance.
     [[nodiscard]] Scalar covariance_factor() const { return std::max({noise_.excess(), consistency_, outlier_inflation_}); }
     [[nodiscard]] bool is_inconsistent() const { return std::max(consistency_, noise_.excess()) > params_.inconsistent_above; }

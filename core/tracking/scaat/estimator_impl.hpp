@@ -148,9 +148,4 @@ void Estimator<Scalar, Model>::predict(State<Scalar>& state, Microseconds ahead)
     propagate(state, intensity(), state_.time + ahead);
 }
 
-template <typename Scalar, MeasurementModel<Scalar> Model>
-Intensity<Scalar> Estimator<Scalar, Model>::intensity() const {
-    return {std::exp(translation_.log_q), std::exp(rotation_.log_q)};
-}
-
 }  // namespace tricoil::tracking::scaat
