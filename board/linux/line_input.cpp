@@ -22,9 +22,9 @@ constexpr Microseconds kClientSilence{5'000'000};  // then a waiting client repl
 drivers::FileDescriptor open_file(const std::string& name, const std::string& path, bool& is_live) {
     drivers::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
     struct stat status {};
-    const bool is_open = ::fstat(file.get(), &status) == 0;
-    if (!is_open || S_ISDIR(status.st_mode)) {
-        throw host::InputError(fmt::format("{}: cannot read it: {}", name, is_open ? "is a folder" : std::strerror(errno)));
+    const char* const reason = !file.is_open() || ::fstat(file.get(), &status) != 0 ? std::strerror(errno) : "is a folder";
+    if (!file.is_open() || S_ISDIR(status.st_mode)) {
+        throw host::InputError(fmt::format("{}: cannot read it: {}", name, reason));
     }
     is_live = !S_ISREG(status.st_mode);
     return file;
@@ -42,14 +42,15 @@ LineInput::LineInput(const std::string& name, const std::string& where) : notice
             throw host::InputError(name + ": standard input is closed");
         }
     } else if (scheme == "tcp:" || scheme == "udp:") {
-        const auto address = host::parse_tcp_address(name, where.substr(scheme.size()));
+        const std::string option = name.substr(0, name.find(':') + 1) + scheme;
+        const auto address = host::parse_tcp_address(option, where.substr(scheme.size()));
         is_udp_ = scheme == "udp:";
         if (is_udp_) {
-            input_ = host::bind_socket(name, address, SOCK_DGRAM);
+            input_ = host::bind_socket(option, address, SOCK_DGRAM);
         } else {
-            listener_ = std::make_unique<host::TcpListener>(name, address);
+            listener_ = std::make_unique<host::TcpListener>(option, address);
         }
-        host::warn_of_exposure(name, address, "send couplings, which become poses");
+        host::warn_of_exposure(option, address, "send couplings, which become poses");
     } else {
         input_ = open_file(name, where, is_live_);
     }

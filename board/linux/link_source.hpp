@@ -20,7 +20,7 @@ public:
     [[nodiscard]] virtual bool has_started() const = 0;
     /// True while data come.
     [[nodiscard]] virtual bool is_steady() const = 0;
-    /// The reason why it is not steady, for the user, unless `reporter` has printed it; empty: none.
+    /// The reason why it has not started, for the user, unless `reporter` has printed it; empty: none.
     [[nodiscard]] virtual std::string reason(const FaultReporter& /*reporter*/) const { return ""; }
     /// Reports what has changed.
     virtual void report(FaultReporter& reporter, HostTime now) const = 0;

@@ -82,10 +82,6 @@ bool TextSource::advance(Microseconds patience) {
         begin(*timing_of(first_frames_, name_, true));
     }
     tick();
-    if (lines_.has_ended() && counters_.valid_poses == 0 && counters_.columns > 2 * kSourceCoils) {
-        notice_.print(
-            fmt::format("{} columns gave no valid pose: do their times, state, mux and rate_hz agree?", counters_.columns));
-    }
     return !lines_.has_ended();
 }
 
@@ -273,7 +269,8 @@ nlohmann::ordered_json TextSource::summary() const {
 std::string TextSource::text_of(const nlohmann::ordered_json& summary) const {
     return host::fill(summary,
                       "{device}: {poses} poses, {poses_valid} valid\n"
-                      "  lines    {lines} read, {lines_refused} refused; {columns} columns; flags of the poses: {flags_seen}\n");
+                      "  lines    {lines} read, {lines_refused} refused; {columns} columns; flags of the poses: {flags_seen}\n") +
+           (counters_.valid_poses == 0 ? "  no pose  do the times, state, mux and rate_hz of the columns agree?\n" : "");
 }
 
 }  // namespace tricoil::linux_board

@@ -104,11 +104,11 @@ drivers::FileDescriptor bind_socket(const std::string& option, const TcpAddress&
     }
     const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(found, ::freeaddrinfo);
     drivers::FileDescriptor descriptor(::socket(found->ai_family, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    if (type == SOCK_STREAM) {
+    if (descriptor.is_open() && type == SOCK_STREAM) {
         const int yes = 1;
         ::setsockopt(descriptor.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
     }
-    if (::bind(descriptor.get(), found->ai_addr, found->ai_addrlen) != 0) {
+    if (!descriptor.is_open() || ::bind(descriptor.get(), found->ai_addr, found->ai_addrlen) != 0) {
         throw_unusable(name, errno);
     }
     return descriptor;

@@ -110,11 +110,12 @@ inline void set_prediction(tracking::MethodParams<double>& method, Microseconds 
 /// Method named by --tracker, with default parameters; `scaat,predict_s=SECONDS`: with prediction; `dual-band,predict_s=SECONDS`:
 /// with a filter and prediction. Throws InputError for an unknown name.
 inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
-    refuse_fixed_method(typed);
+    const std::size_t comma = std::min(typed.find(','), typed.size());
+    const std::string name = typed.substr(0, comma);
+    refuse_fixed_method(name);
     std::vector<std::string> names = kTrackerNames;
     names.insert(names.end(), kFixedTrackerNames.begin(), kFixedTrackerNames.end());
-    const std::size_t comma = std::min(typed.find(','), typed.size());
-    tracking::MethodParams<double> method = kMethods[index_of_name("--tracker", typed.substr(0, comma), names)].params;
+    tracking::MethodParams<double> method = kMethods[index_of_name("--tracker", name, names)].params;
     if (comma < typed.size()) {
         constexpr std::string_view kKey = ",predict_s=";
         const bool is_key = typed.compare(comma, kKey.size(), kKey) == 0;

@@ -42,6 +42,11 @@ TEST(CApi, RefusalsNameTheValidForms) {
         EXPECT_EQ(tricoil_open("sim:hand", tracker, error.data(), error.size()), nullptr) << tracker;
         EXPECT_THAT(error.data(), HasSubstr("only predict_s=SECONDS may follow")) << tracker;
     }
+    for (const char* tracker : {"fixed-direct,predict_s=0.02", "fixed-previous,"}) {
+        std::array<char, 256> error{};
+        EXPECT_EQ(tricoil_open("sim:hand", tracker, error.data(), error.size()), nullptr) << tracker;
+        EXPECT_THAT(error.data(), HasSubstr("use direct, previous or scaat")) << tracker;
+    }
     EXPECT_THAT(refusal("recording:/nowhere"), HasSubstr("/nowhere"));
     EXPECT_EQ(tricoil_open("nonsense", nullptr, nullptr, 0), nullptr);
 }

@@ -37,6 +37,8 @@ def write(outputs):
 
 def faults(outputs):
     """One line for each output that does not suit its schema."""
+    if not outputs:
+        return
     import jsonschema
     for command, values in outputs.items():
         path = FOLDER / f"{command}.json"

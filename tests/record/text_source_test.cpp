@@ -204,7 +204,7 @@ TEST(TextSource, WrongNamesAreRefused) {
                                                           {"columns:-,sensors=5", "must be 1 to 4"},
                                                           {"columns:tcp:99999", "needs a port number"},
                                                           {"columns:udp:none.invalid:5000", "no such address"},
-                                                          {"couplings:/nonexistent/x.csv", "cannot read it"},
+                                                          {"couplings:/nonexistent/x.csv", "cannot read it: No such file"},
                                                           {"couplings:/", "is a folder"},
                                                           {"columns:- --tracker dual-band", "columns of one band"}}) {
         const auto result = tricoil("run --device " + device);

@@ -51,7 +51,7 @@ if(EXISTS /sys/fs/cgroup/memory.max)  # a container
   file(STRINGS /sys/fs/cgroup/memory.max group_bytes)
 endif()
 set(small_memory OFF)
-if(memory_mb LESS 4000 OR (NOT group_bytes STREQUAL max AND group_bytes LESS 4000000000))
+if(memory_mb LESS 4000 OR (NOT group_bytes STREQUAL max AND group_bytes LESS 4194304000))
   set(small_memory ON)
 endif()
 option(TRICOIL_SMALL_MEMORY "Compile with at most 700 MB per compiler; ON by default below 4 GB of memory" ${small_memory})

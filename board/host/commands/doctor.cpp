@@ -116,6 +116,8 @@ Json check_port() {
         (void)TcpListener("--web", {"127.0.0.1", fmt::format("{}", kLivePage)});
     } catch (const DeviceError&) {
         found = "used by another program or by tricoil.service; tricoil serve --web PORT takes another";
+    } catch (const InputError& error) {
+        found = error.what();
     }
     return passed(fmt::format("port {}", kLivePage), found);
 }

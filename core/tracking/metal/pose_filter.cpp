@@ -35,14 +35,14 @@ PoseEstimate<double> PoseFilter::update(const PoseEstimate<double>& pose) {
     return result;
 }
 
-std::optional<PoseEstimate<double>> PoseFilter::tick(DeviceTime now) {
-    const auto estimate = is_filtered_ ? filter_.tick(now) : std::nullopt;
-    if (!estimate) {
-        return std::nullopt;
+std::optional<PoseEstimate<double>> PoseFilter::tick(DeviceTime now, std::optional<PoseEstimate<double>> pose) {
+    if (const auto estimate = is_filtered_ ? filter_.tick(now) : std::nullopt) {
+        pose = with_metal(*estimate);
     }
-    PoseEstimate<double> result = with_metal(*estimate);
-    result.sequence = poses_++;
-    return result;
+    if (pose) {
+        pose->sequence = poses_++;
+    }
+    return pose;
 }
 
 std::optional<PoseEstimate<double>> PoseFilter::filtered(const PoseEstimate<double>& pose) {

@@ -14,8 +14,8 @@ public:
 
     /// A pose without a known side, or with a fault, is returned as it is.
     PoseEstimate<double> update(const PoseEstimate<double>& pose);
-    /// A pose between those of update(); nullopt: the filter does not run.
-    std::optional<PoseEstimate<double>> tick(DeviceTime now);
+    /// A pose between those of update(). pose: of the tracker; returned if the filter does not run.
+    std::optional<PoseEstimate<double>> tick(DeviceTime now, std::optional<PoseEstimate<double>> pose);
 
     /// State after the last pose; run is 0 if it was not filtered.
     [[nodiscard]] scaat::FilterState<double> filter_state() const;

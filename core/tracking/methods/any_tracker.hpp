@@ -41,8 +41,7 @@ public:
     }
     std::optional<PoseEstimate<double>> tick(DeviceTime now) {
         const auto pose = tracker_->tick(now);
-        const auto coasting = filter_ ? filter_->tick(now) : std::nullopt;
-        return coasting ? coasting : pose;
+        return filter_ ? filter_->tick(now, pose) : pose;
     }
     Status set_hemisphere(const Vec3<double>& towards) { return tracker_->set_hemisphere(towards); }
     [[nodiscard]] TrackerState state() const { return tracker_->state(); }
