@@ -9,7 +9,7 @@ constexpr Fixed<31> kThird = Fixed<31>::from(1.0 / 3);
 
 /// True if the length is one within 1/64. The stated ranges assume this.
 bool is_unit(const Vec3<Unit>& v) {
-    constexpr Unit kLongest = Unit::from(1 + 1.0 / 64);
+    static constexpr Unit kLongest = Unit::from(1 + 1.0 / 64);
     if (!v.all([](Unit entry) { return abs(entry) <= kLongest; })) {
         return false;
     }
