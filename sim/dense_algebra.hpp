@@ -7,8 +7,6 @@
 
 namespace tricoil {
 
-// Square matrices: dense_algebra_square.cpp.
-
 /// A = vectors diag(values) vectors^T, values in ascending order.
 struct SymmetricEigen {
     Eigen::VectorXd values;
@@ -33,8 +31,6 @@ Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& a);
 /// Solution X of A X = B with an invertible A.
 Eigen::MatrixXcd solve(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 
-// By orthogonal factors: dense_algebra_orthogonal.cpp.
-
 /// Moore-Penrose inverse; the rank is that of rounded numbers.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
 
@@ -43,8 +39,6 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b
 
 /// Orthonormal basis of the vectors that are orthogonal to all columns of a matrix of full column rank.
 Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& a);
-
-// By singular values: dense_algebra_singular.cpp.
 
 /// In descending order.
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
