@@ -9,8 +9,8 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) {
 }
 
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
-    constexpr double kRankTolerance =
-        1e-10;  // rotations of a stage are read with five decimals, so rounding must not increase the rank
+    // Rotations of a stage are read with five decimals, so rounding must not increase the rank.
+    constexpr double kRankTolerance = 1e-10;
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
     decomposition.setThreshold(kRankTolerance);
     decomposition.compute(a);
