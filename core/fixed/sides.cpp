@@ -26,15 +26,17 @@ std::int64_t reach_squared(Microseconds unseen) {
 
 bool Sides::are_opposite(const Vec3<Metres>& a, const Vec3<Metres>& b) { return dot<25>(a, b).raw() < 0; }
 
-/// Uses (near + last)^2 = near^2 + 2 near . last + last^2, because the sum of two positions may overflow.
+/// Uses (near +- last)^2 = near^2 +- 2 near . last + last^2, because the sum of two positions may overflow.
 bool Sides::is_mirror_excluded(const Vec3<Metres>& near, const Vec3<Metres>& last, Microseconds unseen) {
     const SquareMetres both = dot<SquareMetres::kFractionBits>(near, last);
     const SquareMetres near_squared = square_of(near);
     const SquareMetres last_squared = square_of(last);
     const Scaled quarter = multiply(normalise(1, -2), multiply(scaled(near_squared), scaled(last_squared)));
-    const std::int64_t apart = std::int64_t{near_squared.raw()} + 2 * std::int64_t{both.raw()} + last_squared.raw();  // 2^-25 m^2
-    const bool beside = is_less(quarter, multiply(scaled(both), scaled(both)));
-    return beside && apart > reach_squared(unseen);
+    const std::int64_t squares = std::int64_t{near_squared.raw()} + last_squared.raw();  // 2^-25 m^2
+    const std::int64_t twice = 2 * std::int64_t{both.raw()};
+    const std::int64_t reach = reach_squared(unseen);
+    const bool is_beside = is_less(quarter, multiply(scaled(both), scaled(both)));
+    return (is_beside || squares - twice <= reach) && squares + twice > reach;
 }
 
 }  // namespace tricoil::fixed

@@ -18,6 +18,7 @@ struct ChainParams {
     std::uint64_t seed = 1;
     double frame_rate_hz = 240;
     bool confined = false;  // the trackers may assume that the sensor stays in its hemisphere
+    std::optional<tracking::MethodParams<double>> method;  // instead of `filtered`
 };
 
 /// Plays `motion` through the chain; calls `take` with every pose and the time at which it was sent (s).
@@ -47,6 +48,7 @@ void run_chain(const sim::Motion& motion, const ChainParams& chain, Take&& take)
     if (chain.filtered) {
         params.tracker.method = tracking::ScaatParams<double>{};
     }
+    params.tracker.method = chain.method.value_or(params.tracker.method);
     tracking::CommonParams<double>& common = params.tracker.common;
     common.coupling_constant = world_params.coupling_constant_m3;
     common.hemisphere = motion.at(0).position_m;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "tests/honesty/return_after_loss.hpp"
 #include "tests/support/column_replay.hpp"
 #include "tests/support/hand_like.hpp"
 #include "tests/support/paths.hpp"
@@ -63,6 +64,19 @@ TEST(AfterLoss, TooShortToHaveCrossedItStaysKnown) {
                              play(path, 1, 1.2, test::direct_tracker<double>(true, true))}) {
         EXPECT_EQ(seen.wrong, 0U);
         EXPECT_GT(seen.valid_after, 1900U);
+    }
+}
+
+/// Short form of tests/honesty/return_test.cpp.
+TEST(AfterLoss, ComesBackAtOnceAndOnItsSide) {
+    constexpr int kRuns = 3;
+    for (const bool is_tdm : {true, false}) {
+        for (int method = 0; method < 3; ++method) {
+            for (const double loss_s : {0.01, 0.05, 0.3}) {
+                EXPECT_EQ(test::return_row({is_tdm, method, loss_s}, kRuns).late, 0);
+            }
+            EXPECT_EQ(test::return_row({is_tdm, method, 0.5, true}, kRuns).wrong, 0);
+        }
     }
 }
 

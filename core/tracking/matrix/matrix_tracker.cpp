@@ -68,7 +68,9 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
     estimate.flags = signal_flags(matrix->flags);
     Result<Pose> solved = step(matrix->x);
     const bool stepped = solved.ok();
-    if (!stepped) {
+    if (stepped) {
+        hemisphere_.step_to(solved->range_m * solved->direction, matrix->newest);
+    } else {
         solved = acquire(*matrix);
     }
     if (solved.ok()) {
@@ -123,26 +125,24 @@ void MatrixTracker<Scalar>::do_restart(DeviceTime /*now*/) {
     hemisphere_.forget();
 }
 
-/// Deskew uses a bad column in later matrices too, where it can stay undetected. Poses are therefore unconfirmed until two
-/// further columns of each state have come. A fault is neither motion nor metal.
+/// A fault or a jump is neither motion nor metal. Deskew uses a bad column in later matrices too, where it can stay undetected.
+/// Poses are therefore unconfirmed until two further columns of each state have come.
 template <typename Scalar>
 void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate, bool jumped) {
     constexpr int kHistory = 2 * kSourceCoils;
-    if (!deskew_) {
-        return;
-    }
-    const bool faulty = estimate.flags.has_any(kFaultFlags);
-    if (faulty) {
+    const bool bad = jumped || estimate.flags.has_any(kFaultFlags);
+    if (bad) {
         forget_column_motion();
         misfit_ = {};
     }
-    const bool bad = faulty || jumped;
-    estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
-    unconfirmed_ = bad ? kHistory : std::max(unconfirmed_ - 1, 0);
+    if (deskew_) {
+        estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
+        unconfirmed_ = bad ? kHistory : std::max(unconfirmed_ - 1, 0);
+    }
 }
 
 /// The method's step from the last pose. not_ready: no last pose, or the method has no step. not_converged: the step is too large
-/// for its linearisation, or the misfit of its result is too large for a sensor.
+/// for its linearisation, which alone would make the pose uncertain, or the misfit of its result is too large for a sensor.
 template <typename Scalar>
 auto MatrixTracker<Scalar>::step(const Mat3<Scalar>& x) -> Result<Pose> {
     if (this->state() != TrackerState::tracking) {
@@ -151,6 +151,9 @@ auto MatrixTracker<Scalar>::step(const Mat3<Scalar>& x) -> Result<Pose> {
     const Result<Pose> next = this->surroundings() == nullptr ? do_step(x, last_) : step_near_metal(x);
     if (next.ok() && misfit_squared(x, *next) > this->params().max_misfit * x.squaredNorm()) {
         return Status{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
+    }
+    if (next.ok() && position_deviation(Scalar(1), next->range_m, linearization_share(*next)) > this->params().max_deviation_m) {
+        return Status{StatusCode::not_converged, "the step from the last pose is too large"};
     }
     return next;
 }

@@ -12,10 +12,12 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Flags of poses from which the hemisphere cannot be continued. An unconfirmed pose is accurate enough.
-constexpr PoseFlags kDiscontinuous{PoseFlag::saturated,         PoseFlag::no_sensor,    PoseFlag::stale,
-                                   PoseFlag::wrong_handedness,  PoseFlag::no_reference, PoseFlag::inconsistent,
-                                   PoseFlag::hemisphere_unknown};
+/// True if a pose with these flags can show its side of the source: it is that of a sensor, converged and confirmed.
+constexpr bool may_show_side(PoseFlags flags) {
+    flags.clear(PoseFlag::uncertain);
+    flags.clear(PoseFlag::hemisphere_unknown);
+    return !flags.has_any(kInvalidating);
+}
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Filter<Scalar, Model>::Filter(const CommonParams<Scalar>& common, const ScaatParams<Scalar>& params, const Model& model,
@@ -253,6 +255,7 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
     resolve_hemisphere(chosen, matrix);
     estimator_.start(chosen, rates_since_last_start(chosen, matrix.newest), intake_.columns(), health_.start_variance());
     is_running_ = true;
+    is_new_ = !chosen.hemisphere_from_data;
     ++starts_;
     health_.start();
     intake_.start();
@@ -300,23 +303,30 @@ void Filter<Scalar, Model>::turn_around() {
     }
 }
 
-/// A pose whose deviation is a large part of the range, beside metal, may pass to the other side of the source. When it is
-/// accurate again, the last accurate pose decides, or the couplings if they depend on the side. Returns false if the present pose
-/// may be on the wrong side.
+/// A pose whose deviation is a large part of the range, beside metal, may pass to the other side of the source. So may the state
+/// after a start from columns with a fault. When the pose is accurate, the last good pose decides, or the couplings if they
+/// depend on the side. Returns false if the state was turned, so that the present pose is on the wrong side.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::continue_side(Scalar deviation_m) {
     constexpr Scalar kVagueShare = Scalar(0.5);
-    const bool was_vague = std::exchange(is_vague_, !(deviation_m <= kVagueShare * motion().position_m.norm()));
+    const Vec3<Scalar>& position_m = motion().position_m;
+    const bool was_vague = std::exchange(is_vague_, !(deviation_m <= kVagueShare * position_m.norm()));
     if (is_vague_) {
-        hemisphere_.see(motion().position_m, motion().time);
+        if (hemisphere_.known()) {
+            hemisphere_.see(position_m, motion().time);
+        }
         return true;
     }
-    const bool turn = was_vague && (!model_.is_even() || hemisphere_.must_mirror(motion().position_m, motion().time));
+    const bool was_new = std::exchange(is_new_, is_new_ && !(deviation_m <= this->params().max_deviation_m));
+    const bool is_decided = was_vague || (was_new && !is_new_);
+    const bool turn = is_decided && ((was_vague && !model_.is_even()) || hemisphere_.must_mirror(position_m, motion().time));
     if (turn) {
         turn_around();
     }
-    hemisphere_.follow(motion().position_m, motion().time);
-    return !turn && hemisphere_.known();
+    if (hemisphere_.known() && !is_new_) {
+        hemisphere_.follow(motion().position_m, motion().time);
+    }
+    return !turn;
 }
 
 /// The next columns start the filter again.
@@ -350,19 +360,18 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTi
     report_state(estimate, state, estimator_, health_, flags);
     estimate.sensor = sensor_;
     const bool silent = estimator_.history().silence(motion().time) > params_.coast_limit;
-    estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     estimate.flags.set_if(ahead > params_.coast_limit, PoseFlag::coasting);
     estimate.flags.set_if(!is_running_ || silent, PoseFlag::stale);
     cover_misfit(estimate, health_);
+    if (may_show_side(estimate.flags) && !continue_side(deviation_m(estimate))) {
+        estimate.flags.set(PoseFlag::unconfirmed);
+    }
+    estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     if (estimate.valid()) {
         estimate.predicted_error = expected_error(state, estimate.covariance, this->params());
         cover_blur(estimate);
     }
-    const Scalar deviation = deviation_m(estimate);
-    estimate.flags.set_if(!(deviation <= this->params().max_deviation_m), PoseFlag::uncertain);
-    if (!estimate.flags.has_any(kDiscontinuous) && !continue_side(deviation)) {
-        estimate.flags.set(PoseFlag::unconfirmed);
-    }
+    estimate.flags.set_if(!(deviation_m(estimate) <= this->params().max_deviation_m), PoseFlag::uncertain);
     this->count(estimate, motion().time, now);
     return reported;
 }

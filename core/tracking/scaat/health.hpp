@@ -56,7 +56,7 @@ public:
 
     /// Start of the filter: the motion is unknown.
     void start() {
-        accepted_.clear();
+        forget_times();
         columns_since_ = 0;
         blur_variance_ = 0;
     }
@@ -116,7 +116,13 @@ private:
         flags_.set_if(significant && pose.misfit_squared > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
         strength_ = pose.strength;
         start_variance_ = beside == nullptr && significant ? pose.misfit_squared / 3 : Scalar(0);
-        if (!moving) {
+        const bool is_fault = !is_sensor();  // neither motion nor metal
+        if (is_fault) {
+            motion_.clear();
+            misfit_ = {};
+        }
+        const bool is_judged = !moving && !is_fault;
+        if (is_judged) {
             misfit_.add(pose.misfit_squared, variance, still, params_.distortion_gate, matrix.newest);
             flags_.set_if(quadrature_.add(matrix, pose.strength, motion_, params_), PoseFlag::distorted);
         } else {
@@ -124,7 +130,7 @@ private:
         }
         const Scalar unexplained = pose.misfit_squared / (noise + moved);  // part of it may be an error of the calibrated coils
         const Scalar removed =
-            unexplained > params_.distortion_gate && !moving ? 1 - params_.distortion_gate / unexplained : Scalar(0);
+            unexplained > params_.distortion_gate && is_judged ? 1 - params_.distortion_gate / unexplained : Scalar(0);
         if (removed > 0) {
             find_residual(pose, removed);
         }

@@ -1,5 +1,5 @@
-// Hemisphere of the sensor. A setting gives it at the start; each pose then takes it from the previous pose. After a loss of the
-// sensor it stays known only for a limited time.
+// Hemisphere of the sensor. A setting gives it at the start; later poses take it from the last good pose. After a loss of the
+// sensor it is known as long as a hand cannot have reached the mirror image.
 #pragma once
 
 #include "core/base/time.hpp"
@@ -16,28 +16,29 @@ struct Sides {
     /// True if a and b lie in opposite half spaces.
     static bool are_opposite(const Vec3<Scalar>& a, const Vec3<Scalar>& b) { return a.dot(b) < 0; }
 
-    /// True if the mirror image of `near` is impossible: `near` is within 60 degrees of `last`, and the mirror image is farther
-    /// from `last` than the sensor can move in the time `unseen`. The angle rejects jumps that are not motion, for example a
-    /// solver error.
+    /// True if the sensor can have moved from `last` to `near` in the time `unseen`, but not to the mirror image of `near`.
+    /// Within 60 degrees `near` counts as reached: sensors may be faster than a hand. If neither can be reached, the pose is an
+    /// error of the solver.
     static bool is_mirror_excluded(const Vec3<Scalar>& near, const Vec3<Scalar>& last, Microseconds unseen) {
         constexpr Scalar kMinCosine = Scalar(0.5);
         const Scalar dot = near.dot(last);
         const Scalar reach_m = Scalar(kMaxUnseenSpeed_m_s) * seconds_as<Scalar>(unseen);
-        return dot * dot > kMinCosine * kMinCosine * near.squaredNorm() * last.squaredNorm() &&
-               (near + last).squaredNorm() > reach_m * reach_m;
+        const bool is_beside = dot * dot > kMinCosine * kMinCosine * near.squaredNorm() * last.squaredNorm();
+        return (is_beside || (near - last).squaredNorm() <= reach_m * reach_m) && (near + last).squaredNorm() > reach_m * reach_m;
     }
 };
 
 /// X is equal at p and -p, so a pose from one signal matrix may be the mirror image behind the source. At the start of
-/// tracking the setting decides, then continuity does. The setting ends with the first continued pose, because the sensor may
-/// since have moved to the other side. It stays in force only if the sensor is confined to that half space (wall, table).
+/// tracking the setting decides, then continuity with the last good pose does: a bad pose changes nothing, so each later pose is
+/// compared with the same one. The setting ends with the first good pose, because the sensor may since have moved to the other
+/// side. It stays in force only if the sensor is confined to that half space (wall, table).
 template <typename Scalar, typename SidesOf = Sides<Scalar>>
 class Hemisphere {
 public:
     /// towards: direction to the half space at the start; zero: unknown.
     Hemisphere(const Vec3<Scalar>& towards, bool confined) : towards_(towards), confined_(confined) {}
 
-    /// False if the last decision was a guess.
+    /// False if the side of the present pose is a guess.
     [[nodiscard]] bool known() const { return known_; }
 
     /// Sets the direction to the present half space; zero: unknown.
@@ -45,12 +46,10 @@ public:
         towards_ = towards;
         fresh_ = true;
         known_ = is_set(towards);
-        if (followed_ && SidesOf::are_opposite(last_m_, towards)) {
-            last_m_ = -last_m_;
-        }
+        followed_ = false;
     }
 
-    /// Stores a reliable pose from which to continue.
+    /// Stores a good pose, on a known side, from which to continue.
     void follow(const Vec3<Scalar>& position_m, DeviceTime time) {
         last_m_ = position_m;
         last_time_ = time;
@@ -58,8 +57,8 @@ public:
         fresh_ = false;
     }
 
-    /// A pose that is too inaccurate to be followed. While its direction is within 60 degrees of the last followed pose, the
-    /// hemisphere stays known.
+    /// A pose on a known side that is too inaccurate to be followed. While its direction is within 60 degrees of the last
+    /// followed pose, the hemisphere stays known.
     void see(const Vec3<Scalar>& position_m, DeviceTime time) {
         if (!SidesOf::are_opposite(position_m, last_m_) && SidesOf::is_mirror_excluded(position_m, last_m_, Microseconds{0})) {
             last_time_ = time;
@@ -72,20 +71,24 @@ public:
     /// The general model determined the hemisphere from the couplings.
     void resolved_by_data() { known_ = true; }
 
-    /// True if the pose at `position_m` must be replaced by its mirror image.
+    /// True if the pose at `position_m` must be replaced by its mirror image. Decides whether the side is known.
     [[nodiscard]] bool must_mirror(const Vec3<Scalar>& position_m, DeviceTime time) {
-        const bool is_given = (fresh_ || confined_) && is_set(towards_);
-        if (is_given || !followed_) {
-            known_ = is_given;
+        if (is_given() || !followed_) {
+            known_ = is_given();
             return SidesOf::are_opposite(position_m, towards_);
         }
         const bool turn = SidesOf::are_opposite(position_m, last_m_);
-        const Vec3<Scalar> near = turn ? Vec3<Scalar>(-position_m) : position_m;
-        known_ = known_ && SidesOf::is_mirror_excluded(near, last_m_, time - last_time_);
+        known_ = SidesOf::is_mirror_excluded(turn ? Vec3<Scalar>(-position_m) : position_m, last_m_, time - last_time_);
         return turn;
     }
 
+    /// A pose that a step from the last good pose gave: it is on the same side.
+    void step_to(const Vec3<Scalar>& position_m, DeviceTime time) {
+        known_ = is_given() || (followed_ && SidesOf::is_mirror_excluded(position_m, last_m_, time - last_time_));
+    }
+
 private:
+    [[nodiscard]] bool is_given() const { return (fresh_ || confined_) && is_set(towards_); }
     static bool is_set(const Vec3<Scalar>& towards) { return !(towards == Vec3<Scalar>::Zero()); }
 
     Vec3<Scalar> towards_;
