@@ -19,10 +19,16 @@ using Pose = tracking::PoseEstimate<double>;
 using Row = PoseRow;
 using Units = PoseUnits;
 
+/// False if a pose has no position: then the field is empty.
 bool put(const Vec3<double>& v, double* out, double unit = 1) {
     const Vec3<double> scaled = unit * v;
     std::copy_n(scaled.data(), 3, out);
-    return true;
+    return v.allFinite();
+}
+
+bool put(double value, double* out) {
+    *out = value;
+    return std::isfinite(value);
 }
 
 bool put(const Quat<double>& q, double* out) {
@@ -36,7 +42,7 @@ bool put_deviation(const Row& row, const Units& units, double* out) {
     for (Index i = 0; i < 6; ++i) {
         *out++ = (i < 3 ? units.units_per_m : 1) * std::sqrt(row.pose.covariance(i, i));
     }
-    return true;
+    return std::isfinite(row.pose.covariance.trace());
 }
 
 bool put_covariance(const Row& row, const Units& units, double* out) {
@@ -45,7 +51,7 @@ bool put_covariance(const Row& row, const Units& units, double* out) {
             *out++ = (i < 3 ? units.units_per_m : 1) * (j < 3 ? units.units_per_m : 1) * row.pose.covariance(i, j);
         }
     }
-    return true;
+    return std::isfinite(row.pose.covariance.trace());
 }
 
 const std::array<PoseField, static_cast<std::size_t>(PoseFieldId::kCount)> kFields{{
@@ -65,8 +71,8 @@ const std::array<PoseField, static_cast<std::size_t>(PoseFieldId::kCount)> kFiel
      "cov_rxrx,cov_rxry,cov_rxrz,cov_ryry,cov_ryrz,cov_rzrz",
      21, nullptr, put_covariance},
     {"distortion_mm", "distortion_mm", 1, nullptr,
-     [](const Row& r, const Units&, double* out) { return *out = 1e3 * r.pose.distortion_m, true; }},
-    {"snr_db", "snr_db", 1, nullptr, [](const Row& r, const Units&, double* out) { return *out = r.pose.snr_db, true; }},
+     [](const Row& r, const Units&, double* out) { return put(1e3 * r.pose.distortion_m, out); }},
+    {"snr_db", "snr_db", 1, nullptr, [](const Row& r, const Units&, double* out) { return put(r.pose.snr_db, out); }},
     {"flag_names", "flag_names", 0},
     {"predicted_error_mm", "predicted_error_mm", 1, nullptr,
      [](const Row& r, const Units&, double* out) {
@@ -86,7 +92,7 @@ const std::array<PoseField, static_cast<std::size_t>(PoseFieldId::kCount)> kFiel
      [](const Row& r, const Units&, double* out) { return r.truth != nullptr && put(r.truth->q_source_sensor, out); }},
     {"error_position_m", "error_position_m", 1, nullptr,
      [](const Row& r, const Units&, double* out) {
-         return r.truth != nullptr && (*out = (r.pose.position_m - r.truth->position_m).norm(), true);
+         return r.truth != nullptr && put((r.pose.position_m - r.truth->position_m).norm(), out);
      }},
     {"error_orientation_rad", "error_orientation_rad", 1, nullptr,
      [](const Row& r, const Units&, double* out) {

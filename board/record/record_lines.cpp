@@ -61,6 +61,15 @@ public:
         return set;
     }
 
+    /// An empty field: not a number.
+    double number_or_none() {
+        if (fields_[at_].empty()) {
+            ++at_;
+            return std::numeric_limits<double>::quiet_NaN();
+        }
+        return number<double>();
+    }
+
     Vec3<double> vector() {
         Vec3<double> v;
         for (double& x : v) {
@@ -174,16 +183,19 @@ tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::stri
     fields.skip(1);  // valid: derived from the flags
     e.flags = fields.flags(tracking::kAllPoseFlags);
     e.state = static_cast<tracking::TrackerState>(fields.number_below<std::uint8_t>(3));
-    e.position_m = fields.vector();
+    for (double& x : e.position_m) {
+        x = fields.number_or_none();
+    }
     e.q_source_sensor.w() = fields.number<double>();
     e.q_source_sensor.vec() = fields.vector();
     for (int i = 0; i < 6; ++i) {
         for (int j = i; j < 6; ++j) {
-            e.covariance(i, j) = e.covariance(j, i) = fields.number<double>();
+            e.covariance(i, j) = e.covariance(j, i) = fields.number_or_none();
         }
     }
-    e.distortion_m = 1e-3 * fields.number<double>();
-    e.snr_db = fields.number<double>();
+    e.distortion_m = 1e-3 * fields.number_or_none();
+    e.snr_db = fields.number_or_none();
+    tracking::clear_unknown_position(e);
     if (const std::string_view position_mm = fields.text(); !position_mm.empty()) {
         const double position = number_from<double>(position_mm).value_or(0);
         e.predicted_error.emplace();

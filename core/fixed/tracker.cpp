@@ -159,7 +159,9 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
     estimate.time = measurement.newest;
     estimate.flags = tracking::signal_flags(measurement.flags);
     Result<VectorPose> solved = follow(measurement);
-    if (!solved.ok()) {
+    if (solved.ok()) {
+        hemisphere_.step_to(position_m(*solved), measurement.newest);
+    } else {
         solved = acquire(measurement);
     }
     if (!solved.ok()) {

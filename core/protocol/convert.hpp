@@ -47,7 +47,7 @@ PoseMessage to_message(const tracking::PoseEstimate<Scalar>& e) {
     m.tracker_state = static_cast<std::uint8_t>(e.state);
     tracking::PoseFlags flags = e.flags;
     const bool finite = e.position_m.allFinite() && e.q_source_sensor.coeffs().allFinite();
-    flags.set_if(!finite, tracking::PoseFlag::not_converged);
+    flags.set_if(!finite && !flags.has_any(tracking::kNoPosition), tracking::PoseFlag::not_converged);
     m.flags = static_cast<std::uint16_t>(flags.bits());
     if (finite) {
         const Quat<Scalar>& q = e.q_source_sensor;
@@ -94,6 +94,7 @@ template <typename Scalar>
     }
     e.distortion_m = static_cast<Scalar>(m.distortion / kDistortionPerMetre);
     e.snr_db = Scalar(m.snr_cdb) / 100;
+    clear_unknown_position(e);
     constexpr Scalar kLengthTolerance = Scalar(1e-5);  // of the squared length: rounding of four numbers
     return std::abs(e.q_source_sensor.squaredNorm() - 1) < kLengthTolerance ? WireError::none : WireError::impossible;
 }

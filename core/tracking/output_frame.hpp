@@ -31,6 +31,7 @@ PoseEstimate<Scalar> in_frame(const PoseEstimate<Scalar>& estimate, const Output
     jacobian.template topRightCorner<3, 3>() = -turn * geometry::skew<Scalar>(lever);
     jacobian.template bottomRightCorner<3, 3>() = turn;
     seen.covariance = jacobian * estimate.covariance * jacobian.transpose();
+    clear_unknown_position(seen);
     return seen;
 }
 

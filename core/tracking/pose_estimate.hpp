@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "core/base/time.hpp"
@@ -30,13 +31,33 @@ struct PoseEstimate {
     // Error budget at this pose; nullopt until the motion is known.
     std::optional<error_model::ErrorBudget<Scalar>> predicted_error;
 
-    [[nodiscard]] bool valid() const { return !flags.has_any(kInvalidating); }
+    [[nodiscard]] bool valid() const {
+        return !flags.has_any(kInvalidating) && std::isfinite(position_m.sum() + covariance.trace());
+    }
 };
 
 /// Standard deviation of the position (3D root mean square).
 template <typename Scalar>
 Scalar deviation_m(const PoseEstimate<Scalar>& estimate) {
     return std::sqrt(estimate.covariance.template topLeftCorner<3, 3>().trace());
+}
+
+/// Makes position, distortion and SNR not a number and the deviations infinite, so that nothing looks like a measurement.
+template <typename Scalar>
+void clear_position(PoseEstimate<Scalar>& estimate) {
+    constexpr Scalar kUnknown = std::numeric_limits<Scalar>::quiet_NaN();
+    estimate.position_m.setConstant(kUnknown);
+    estimate.covariance = Vec6<Scalar>::Constant(std::numeric_limits<Scalar>::infinity()).asDiagonal();
+    estimate.distortion_m = kUnknown;
+    estimate.snr_db = kUnknown;
+}
+
+/// clear_position() if a flag says so.
+template <typename Scalar>
+void clear_unknown_position(PoseEstimate<Scalar>& estimate) {
+    if (estimate.flags.has_any(kNoPosition)) {
+        clear_position(estimate);
+    }
 }
 
 }  // namespace tricoil::tracking

@@ -33,6 +33,9 @@ constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal, 
                                   PoseFlag::no_reference, PoseFlag::hemisphere_unknown, PoseFlag::unconfirmed,
                                   PoseFlag::inconsistent, PoseFlag::uncertain};
 
+/// With one of these flags nothing was found that could be a position: a pose has none (clear_position()).
+constexpr PoseFlags kNoPosition{PoseFlag::no_sensor, PoseFlag::no_reference};
+
 /// Flags of a fault of the hardware or of the solution: such a pose is not continued by the next.
 constexpr PoseFlags kFaultFlags{PoseFlag::saturated, PoseFlag::no_sensor, PoseFlag::wrong_handedness, PoseFlag::not_converged,
                                 PoseFlag::no_reference};

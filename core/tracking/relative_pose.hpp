@@ -41,6 +41,7 @@ PoseEstimate<Scalar> relative_pose(const PoseEstimate<Scalar>& estimate, const P
         seen.covariance.setZero();
         seen.distortion_m = reference.distortion_m;
     }
+    clear_unknown_position(seen);
     return seen;
 }
 

@@ -13,14 +13,15 @@
 namespace tricoil::tracking {
 namespace {
 
-/// True if the pose determines the half space of the sensor: valid, or only uncertain and much nearer than its mirror image.
+/// True if the pose shows on which side the sensor is, or would be if the last pose did: it has no fault, and is much nearer than
+/// its mirror image.
 template <typename Scalar>
 bool shows_side(const PoseEstimate<Scalar>& estimate) {
     constexpr Scalar kDeviations = 4;
     PoseFlags others = estimate.flags;
     others.clear(PoseFlag::uncertain);
-    return estimate.valid() ||
-           (!others.has_any(kInvalidating) && kDeviations * deviation_m(estimate) < estimate.position_m.norm());
+    others.clear(PoseFlag::hemisphere_unknown);
+    return !others.has_any(kInvalidating) && kDeviations * deviation_m(estimate) < estimate.position_m.norm();
 }
 
 template <typename Scalar>
@@ -78,6 +79,7 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
         estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     } else {
         estimate.flags.set(solved.status().code() == StatusCode::degenerate ? PoseFlag::no_sensor : PoseFlag::not_converged);
+        clear_position(estimate);
     }
     const bool jumped = !is_continuation(estimate);
     estimate.flags.set_if(jumped || (deskew_ && !column_motion_.known()), PoseFlag::unconfirmed);
@@ -125,19 +127,19 @@ void MatrixTracker<Scalar>::do_restart(DeviceTime /*now*/) {
     hemisphere_.forget();
 }
 
-/// A fault or a jump is neither motion nor metal. Deskew uses a bad column in later matrices too, where it can stay undetected.
+/// A fault is neither motion nor metal. Deskew uses a bad column in later matrices too, where it can stay undetected.
 /// Poses are therefore unconfirmed until two further columns of each state have come.
 template <typename Scalar>
 void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate, bool jumped) {
     constexpr int kHistory = 2 * kSourceCoils;
-    const bool bad = jumped || estimate.flags.has_any(kFaultFlags);
-    if (bad) {
+    const bool faulty = estimate.flags.has_any(kFaultFlags);
+    if (faulty) {
         forget_column_motion();
         misfit_ = {};
     }
     if (deskew_) {
         estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
-        unconfirmed_ = bad ? kHistory : std::max(unconfirmed_ - 1, 0);
+        unconfirmed_ = faulty || jumped ? kHistory : std::max(unconfirmed_ - 1, 0);
     }
 }
 

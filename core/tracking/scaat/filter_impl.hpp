@@ -312,9 +312,7 @@ bool Filter<Scalar, Model>::continue_side(Scalar deviation_m) {
     const Vec3<Scalar>& position_m = motion().position_m;
     const bool was_vague = std::exchange(is_vague_, !(deviation_m <= kVagueShare * position_m.norm()));
     if (is_vague_) {
-        if (hemisphere_.known()) {
-            hemisphere_.see(position_m, motion().time);
-        }
+        hemisphere_.see(position_m, motion().time);
         return true;
     }
     const bool was_new = std::exchange(is_new_, is_new_ && !(deviation_m <= this->params().max_deviation_m));
@@ -323,7 +321,7 @@ bool Filter<Scalar, Model>::continue_side(Scalar deviation_m) {
     if (turn) {
         turn_around();
     }
-    if (hemisphere_.known() && !is_new_) {
+    if (!is_new_) {
         hemisphere_.follow(motion().position_m, motion().time);
     }
     return !turn;

@@ -30,8 +30,9 @@ struct Sides {
 
 /// X is equal at p and -p, so a pose from one signal matrix may be the mirror image behind the source. At the start of
 /// tracking the setting decides, then continuity with the last good pose does: a bad pose changes nothing, so each later pose is
-/// compared with the same one. The setting ends with the first good pose, because the sensor may since have moved to the other
-/// side. It stays in force only if the sensor is confined to that half space (wall, table).
+/// compared with the same one. A good pose whose side is unknown remains so until the setting changes. The setting ends with the
+/// first good pose, because the sensor may since have moved to the other side. It stays in force only if the sensor is confined
+/// to that half space (wall, table).
 template <typename Scalar, typename SidesOf = Sides<Scalar>>
 class Hemisphere {
 public:
@@ -49,15 +50,16 @@ public:
         followed_ = false;
     }
 
-    /// Stores a good pose, on a known side, from which to continue.
+    /// Stores a good pose from which to continue: of a sensor, converged and accurate.
     void follow(const Vec3<Scalar>& position_m, DeviceTime time) {
         last_m_ = position_m;
         last_time_ = time;
         followed_ = true;
+        last_known_ = known_;
         fresh_ = false;
     }
 
-    /// A pose on a known side that is too inaccurate to be followed. While its direction is within 60 degrees of the last
+    /// A pose that is too inaccurate to be followed. While its direction is within 60 degrees of the last
     /// followed pose, the hemisphere stays known.
     void see(const Vec3<Scalar>& position_m, DeviceTime time) {
         if (!SidesOf::are_opposite(position_m, last_m_) && SidesOf::is_mirror_excluded(position_m, last_m_, Microseconds{0})) {
@@ -78,16 +80,23 @@ public:
             return SidesOf::are_opposite(position_m, towards_);
         }
         const bool turn = SidesOf::are_opposite(position_m, last_m_);
-        known_ = SidesOf::is_mirror_excluded(turn ? Vec3<Scalar>(-position_m) : position_m, last_m_, time - last_time_);
+        continue_to(turn ? Vec3<Scalar>(-position_m) : position_m, time);
         return turn;
     }
 
     /// A pose that a step from the last good pose gave: it is on the same side.
     void step_to(const Vec3<Scalar>& position_m, DeviceTime time) {
-        known_ = is_given() || (followed_ && SidesOf::is_mirror_excluded(position_m, last_m_, time - last_time_));
+        if (is_given() || !followed_) {
+            known_ = is_given();
+        } else {
+            continue_to(position_m, time);
+        }
     }
 
 private:
+    void continue_to(const Vec3<Scalar>& near_m, DeviceTime time) {
+        known_ = last_known_ && SidesOf::is_mirror_excluded(near_m, last_m_, time - last_time_);
+    }
     [[nodiscard]] bool is_given() const { return (fresh_ || confined_) && is_set(towards_); }
     static bool is_set(const Vec3<Scalar>& towards) { return !(towards == Vec3<Scalar>::Zero()); }
 
@@ -96,6 +105,7 @@ private:
     bool fresh_ = true;  // no pose has been followed since towards_ was set
     bool known_ = false;
     bool followed_ = false;
+    bool last_known_ = false;
     Vec3<Scalar> last_m_ = Vec3<Scalar>::Zero();
     DeviceTime last_time_{};
 };

@@ -117,6 +117,7 @@ void Tracker<Scalar>::finish(std::optional<PoseEstimate<Scalar>>& estimate) {
     }
     estimate->flags.set_if(since_gap_.is_recent(), PoseFlag::columns_missing);
     to_source_frame(*estimate);
+    clear_unknown_position(*estimate);
     Quat<Scalar>& q = estimate->q_source_sensor;
     q = geometry::with_sign_of(q, last_reported_);
     last_reported_ = q;

@@ -277,8 +277,9 @@ bool Session::has_moved(int number) const {
 void Session::answer(int number) {
     Newest& newest = this->newest(number);
     const bool is_pressed = number == kStylusStation && is_pressed_;
-    if (!newest.pose) {  // no pose yet: no signal
-        links_.send(data_record(settings_, number, {}, 'l', nothing(), is_pressed));
+    if (!newest.pose || !newest.pose->position_m.allFinite()) {  // no signal
+        const char why = newest.pose ? letter(number) : 'l';
+        links_.send(data_record(settings_, number, {}, why, nothing(), is_pressed));
         return;
     }
     const auto pose = reported(number);

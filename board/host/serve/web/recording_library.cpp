@@ -71,10 +71,8 @@ bool put_lines(RecordLines& lines, Pieces& pieces) {
             return true;
         }
         const auto pose = parse_pose(line, lines.where());
-        if (is_finite(pose)) {
-            put_compact({pose, utc_time_us(to_us(pose.time))}, pieces.text());
-            pieces.text() += '\n';
-        }
+        put_compact({pose, utc_time_us(to_us(pose.time))}, pieces.text());
+        pieces.text() += '\n';
         if (!pieces.pass(kPieceBytes)) {
             return false;
         }

@@ -57,17 +57,18 @@ function ofCsv([head, ...lines]) {
     };
   return collect(lines, line => {
     const fields = line.trim().split(',');
-    const value = name => fields[column(name)] === '' ? NaN : Number(fields[column(name)]);
+    const value = name => fields[column(name)] === '' ? null : Number(fields[column(name)]);
     return fields.length === names.length ? decode(compact(value, name => column(name) >= 0)) : null;
   });
 }
 
 /// Compact form of a line of a CSV file; value(name): its number, has(name): is there such a column?
 function compact(value, has) {
+  const square = v => v === null ? null : v ** 2;
   const covariance = has('cov_xx') ? ['xx', 'xy', 'xz', 'yy', 'yz', 'zz'].map(name => value(`cov_${name}`)) :
-                                     ['std_x', null, null, 'std_y', null, 'std_z'].map(name => name && has(name) ? value(name) ** 2 : 0);
+                                     ['std_x', null, null, 'std_y', null, 'std_z'].map(name => name && has(name) ? square(value(name)) : 0);
   const optional = name => has(name) ? value(name) : 0;
-  const error = has('predicted_error_mm') && Number.isFinite(value('predicted_error_mm')) ? value('predicted_error_mm') : null;
+  const error = has('predicted_error_mm') ? value('predicted_error_mm') : null;
   return [
     value('sensor'), value('time_us'), value('time_us') / 1000, value('flags'), optional('state'), ...['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'].map(value), ...covariance,
     error, optional('distortion_mm'), optional('snr_db')

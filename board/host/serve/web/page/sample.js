@@ -21,15 +21,20 @@ export function learn(hello) {
 
 export const namesOf = bits => flags.names.filter((_, bit) => bits >> bit & 1);
 
-/// Pose from its compact form; null if it is damaged. time_s: of the device. sigma_mm: 3D standard deviation. expected_mm: expected RMS error; root of
+/// Fields that are null where there is no sensor, and where no error can be predicted.
+const kFirst = kColumns.indexOf('x');
+const mayBeNone = n => n >= kFirst;
+
+/// Pose from its compact form, with NaN for null; null if it is damaged. time_s: of the device. sigma_mm: 3D standard deviation. expected_mm: expected RMS error; root of
 /// the sum of squares of the distortion and the larger of predicted error and standard deviation.
 export function decode(values) {
   const complete = Array.isArray(values) && values.length === kColumns.length &&
-      values.every((v, n) => Number.isFinite(v) || (v === null && kColumns[n] === 'error_mm'));
+      values.every((v, n) => Number.isFinite(v) || (v === null && mayBeNone(n)));
   if (!complete) return null;
-  const [sensor, time_us, utc_ms, bits, state, x, y, z, qw, qx, qy, qz, ...rest] = values;
+  const error_mm = values[kColumns.indexOf('error_mm')];
+  const [sensor, time_us, utc_ms, bits, state, x, y, z, qw, qx, qy, qz, ...rest] = values.map(v => v ?? NaN);
   const covariance = rest.slice(0, 6);
-  const [error_mm, distortion_mm, snr_db] = rest.slice(6);
+  const [, distortion_mm, snr_db] = rest.slice(6);
   const sigma_mm = 1000 * Math.sqrt(Math.max(0, covariance[0] + covariance[3] + covariance[5]));
   return {
     sensor,
@@ -45,7 +50,7 @@ export function decode(values) {
     snr_db,
     sigma_mm,
     expected_mm: Math.hypot(Math.max(error_mm ?? 0, sigma_mm), distortion_mm),
-    valid: (bits & flags.invalidating) === 0,
+    valid: (bits & flags.invalidating) === 0 && Number.isFinite(x + y + z + qw + sigma_mm),
     names: namesOf(bits)
   };
 }

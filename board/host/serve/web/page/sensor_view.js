@@ -50,6 +50,8 @@ export class SensorView {
 
   /// Draws a pose with the attitude q. An invalid pose hides the sensor; its trail remains.
   show(pose, q, exaggeration) {
+    this.setVisible(pose.valid);
+    if (!pose.valid) return;
     const p = pose.position_m;
     this.triad.position.set(...p);
     this.triad.quaternion.set(q[1], q[2], q[3], q[0]);
@@ -59,7 +61,6 @@ export class SensorView {
     this.plumb.geometry.attributes.position.array.set([...p, p[0], p[1], 0]);
     this.plumb.geometry.attributes.position.needsUpdate = true;
     this.plumb.computeLineDistances();
-    this.setVisible(pose.valid);
   }
 
   setVisible(visible) { this.triad.visible = this.ellipsoid.visible = this.plumb.visible = visible; }
