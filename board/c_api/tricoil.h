@@ -45,7 +45,7 @@ typedef struct tricoil_pose {
     uint8_t sensor;             /* 0 to 3 */
     uint8_t valid;              /* 0: do not use this pose; flags give the reason */
     uint16_t flags;             /* TRICOIL_FLAG_... */
-    double position_m[3];       /* x, y, z */
+    double position_m[3];       /* x, y, z; NaN, with infinite deviations, if there is no sensor or no source current */
     double quaternion_wxyz[4];  /* unit length */
     double position_std_m[3];   /* standard deviations along the axes of the source frame */
     double rotation_std_rad[3]; /* standard deviations of a small rotation about the axes of the source frame */
@@ -56,7 +56,9 @@ typedef struct tricoil_pose {
 } tricoil_pose;              /* NOLINT(modernize-use-using): C */
 
 /* Opens a source of poses:
- * - can:can0[#NODE], usb:1209:0001[:SERIAL] or serial:/dev/ttyACM0: a device;
+ * - can:can0[#NODE], usb:1209:0001[:SERIAL] or serial:/dev/ttyACM0: a device.
+ *   ,hemisphere=1/0/0 is the direction to the half space of the sensor, ,confined means that the sensor never leaves it (wall,
+ *   table), so that it is found again after any loss;
  * - columns:WHERE or couplings:WHERE: text of other hardware, of a file, standard input (-), tcp:PORT or udp:PORT;
  * - board.toml: the device of a configuration file of `tricoil run --config`;
  * - sim:hand or sim:hand,mux=tdm,seed=2: a simulation of a scenario of `tricoil run --list`. Keys: mux (tdm, fdm, dual-band),

@@ -1,8 +1,10 @@
 #include "board/linux/device_config.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
+#include <utility>
 
 #include "board/linux/device_uri.hpp"
 #include "board/linux/text_name.hpp"
@@ -10,6 +12,7 @@
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
+#include "board/support/text_table.hpp"
 #include "board/support/tracker_choice.hpp"
 
 namespace tricoil::linux_board {
@@ -99,6 +102,18 @@ void read_realtime(CheckedTable table, DeviceConfig& config) {
     table.finish();
 }
 
+Vec3<double> direction_of(const std::string& name, std::string_view text) {
+    const auto fields = host::split(text, '/');
+    Vec3<double> direction = Vec3<double>::Zero();
+    for (Index i = 0; i < 3 && fields.size() == 3; ++i) {
+        direction(i) = host::number_from<double>(fields[static_cast<std::size_t>(i)]).value_or(std::nan(""));
+    }
+    if (!direction.allFinite() || direction.isZero(0)) {
+        throw host::InputError("device '" + name + "': hemisphere must be a direction X/Y/Z, for example hemisphere=1/0/0");
+    }
+    return direction;
+}
+
 }  // namespace
 
 DeviceConfig parse_device_config(const std::string& name, std::string_view text) {
@@ -138,6 +153,20 @@ DeviceConfig load_device_config(const std::string& path) {
         config.calibration = (std::filesystem::path(path).parent_path() / config.calibration).string();
     }
     return config;
+}
+
+void take_side(DeviceConfig& config) {
+    constexpr std::string_view kHemisphere = "hemisphere=";
+    const std::string name = std::exchange(config.device, "");
+    for (const std::string_view part : host::split(name, ',')) {
+        if (part == "confined") {
+            config.confined = true;
+        } else if (part.starts_with(kHemisphere)) {
+            config.hemisphere = direction_of(name, part.substr(kHemisphere.size()));
+        } else {
+            config.device.append(config.device.empty() ? "" : ",").append(part);
+        }
+    }
 }
 
 }  // namespace tricoil::linux_board

@@ -47,6 +47,7 @@ TEST(CApi, RefusalsNameTheValidForms) {
         EXPECT_EQ(tricoil_open("sim:hand", tracker, error.data(), error.size()), nullptr) << tracker;
         EXPECT_THAT(error.data(), HasSubstr("use direct, previous or scaat")) << tracker;
     }
+    EXPECT_THAT(refusal("can:can0,hemisphere=1/0"), HasSubstr("hemisphere must be a direction X/Y/Z"));
     EXPECT_THAT(refusal("recording:/nowhere"), HasSubstr("/nowhere"));
     EXPECT_EQ(tricoil_open("nonsense", nullptr, nullptr, 0), nullptr);
 }
@@ -55,6 +56,24 @@ struct Close {
     void operator()(tricoil_tracker* tracker) const { tricoil_close(tracker); }
 };
 using Opened = std::unique_ptr<tricoil_tracker, Close>;
+
+TEST(CApi, APoseWithoutASensorHasNoNumbers) {
+    const Opened tracker(tricoil_open("sim:unplugged,duration_s=3", "direct", nullptr, 0));
+    ASSERT_NE(tracker, nullptr);
+    int without = 0;
+    tricoil_pose pose{};
+    while (tricoil_poll(tracker.get(), &pose, 1000) > 0) {
+        if ((pose.flags & TRICOIL_FLAG_NO_SENSOR) != 0) {
+            ++without;
+            ASSERT_TRUE(std::isnan(pose.position_m[0]) && std::isinf(pose.position_std_m[2]) &&
+                        std::isinf(pose.rotation_std_rad[1]));
+            ASSERT_EQ(pose.valid, 0);
+        } else {
+            ASSERT_TRUE(std::isfinite(pose.position_m[0]) || pose.valid == 0);
+        }
+    }
+    EXPECT_GT(without, 100);
+}
 
 TEST(CApi, PosesOfASimulationUntilItsEnd) {
     const Opened tracker(tricoil_open("sim:hand,duration_s=1", "scaat", nullptr, 0));

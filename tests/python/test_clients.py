@@ -17,13 +17,18 @@ STAND_INS = pathlib.Path(__file__).parent / "stand_ins"
 SOURCE = "sim:hand,duration_s=1"
 
 
-def lines_of(program, *arguments, **environment):
-    """What the program prints, parsed."""
+def output_of(program, *arguments, **environment):
+    """The ended program."""
     path = os.pathsep.join([str(STAND_INS), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run([sys.executable, "-W", "error", EXAMPLES / program, *arguments], capture_output=True, text=True, timeout=120,
                           env={**os.environ, "PYTHONPATH": path, **environment}, check=False)
     assert done.returncode == 0, done.stderr
-    return [json.loads(line) for line in done.stdout.splitlines()]
+    return done
+
+
+def lines_of(program, *arguments, **environment):
+    """What the program prints, parsed."""
+    return [json.loads(line) for line in output_of(program, *arguments, **environment).stdout.splitlines()]
 
 
 def valid_poses(source=SOURCE):
@@ -54,6 +59,10 @@ class Ros2(unittest.TestCase):
             np.testing.assert_array_equal(message["pose"]["covariance"], pose.covariance.ravel())
         stamps_s = [message["header"]["stamp"]["sec"] + 1e-9 * message["header"]["stamp"]["nanosec"] for message in messages]
         self.assertTrue(all(begin_s - 2 < stamp < time.time() for stamp in stamps_s))  # the simulation is faster than real time
+
+    def test_a_lost_sensor_is_logged(self):
+        log = output_of("ros2_node.py", STAND_IN_PARAMETERS=json.dumps({"source": "sim:unplugged,duration_s=3"})).stderr
+        self.assertIn("sensor 1: no valid pose: no_sensor", log)
 
     def test_each_sensor_has_its_topic(self):
         lines = lines_of("ros2_node.py", STAND_IN_PARAMETERS=json.dumps({"source": SOURCE + ",stations=2", "frame_id": "lab"}))

@@ -48,6 +48,20 @@ TEST(TextSource, CouplingsGiveThePosesOfTheRunThatWroteThem) {
     }
 }
 
+TEST(TextSource, TheNameOfADeviceHasTheSideOfTheSensor) {
+    const std::string device = "run --out - --device couplings:" + couplings();
+    const CsvTable behind(tricoil(device + ",hemisphere=-1/0/0,rate_hz=240,sigma=2e-6,confined").out);
+    ASSERT_GT(behind.rows(), 100U);
+    for (std::size_t row = 0; row < behind.rows(); ++row) {
+        ASSERT_LE(behind.number(row, "x_m"), 0) << row;
+    }
+    for (const char* wrong : {",hemisphere=1/0", ",hemisphere=0/0/0", ",hemisphere=front", ",hemisphere="}) {
+        const auto run = tricoil(device + wrong);
+        EXPECT_EQ(run.exit_code, 2) << wrong;
+        EXPECT_THAT(run.err, HasSubstr("hemisphere must be a direction X/Y/Z, for example hemisphere=1/0/0")) << wrong;
+    }
+}
+
 /// The same rows as JSON, with lists, with other names around them, and in CSV with comments and other line ends.
 TEST(TextSource, FormsOfALineAreEqual) {
     const CsvTable table(read_file(couplings()));

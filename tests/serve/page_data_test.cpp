@@ -40,7 +40,7 @@ nlohmann::json event_of(const std::vector<host::ServedPose>& poses, const nlohma
     return nlohmann::json::parse(text.substr(6), nullptr, false);
 }
 
-double number(const nlohmann::json& pose, std::string_view column) {
+nlohmann::json number(const nlohmann::json& pose, std::string_view column) {
     const auto* const at = std::find(kCompactColumns.begin(), kCompactColumns.end(), column);
     return pose.at(static_cast<std::size_t>(at - kCompactColumns.begin()));
 }
@@ -62,13 +62,15 @@ TEST(PoseEvent, HoldsEveryPoseWithItsNumbers) {
     EXPECT_FALSE(event.contains("hello"));
 }
 
-TEST(PoseEvent, LeavesOutPosesThatAreNotFinite) {
-    auto bad = pose_at(0, std::numeric_limits<double>::quiet_NaN());
-    auto loud = pose_at(0, 0.5);
-    loud.pose.snr_db = -std::numeric_limits<double>::infinity();
-    const auto event = event_of({bad, loud});
+TEST(PoseEvent, NumbersThatAreUnknownAreNull) {
+    auto lost = pose_at(0, 0.5);
+    lost.pose.flags.set(tracking::PoseFlag::no_sensor);
+    tracking::clear_position(lost.pose);
+    const auto event = event_of({lost});
     ASSERT_EQ(event["poses"].size(), 1U);
-    EXPECT_LT(number(event["poses"][0], "snr_db"), -100);
+    for (const char* name : {"x", "y", "z", "cxx", "czz", "distortion_mm", "snr_db"}) {
+        EXPECT_TRUE(number(event["poses"][0], name).is_null()) << name;
+    }
 }
 
 TEST(PoseEvent, BeginsWithTheNamesThatAPageNeeds) {

@@ -3,7 +3,8 @@
 
   python3 ros2_node.py --ros-args -p source:=serial:/dev/ttyACM0 -p tracker:=scaat
 
-Parameters: source and tracker, as for tricoil.open(); frame_id: name of the source's coordinate frame. Topics: sensor_1/pose to
+Parameters: source and tracker, as for tricoil.open(), with the half space of the sensor (serial:/dev/ttyACM0,hemisphere=1/0/0,confined);
+frame_id: name of the source's coordinate frame. Topics: sensor_1/pose to
 sensor_4/pose. Transforms: from frame_id to sensor_1 to sensor_4.
 """
 
@@ -60,6 +61,9 @@ def main():
             pose = node.source.poll(0.01)
             if pose is not None and pose.valid:
                 node.publish(pose)
+            elif pose is not None:
+                reasons = pose.flags.name.lower()
+                node.get_logger().warning(f"sensor {pose.sensor + 1}: no valid pose: {reasons}", throttle_duration_sec=5)
             rclpy.spin_once(node, timeout_sec=0)
     except (KeyboardInterrupt, EOFError):  # EOFError: end of a simulation or recording
         pass

@@ -77,7 +77,7 @@ private:
     int starts_ = 0;
     bool is_running_ = false;  // the estimator has a state that the next column continues
     bool is_vague_ = false;    // the last pose may have passed to the other side of the source
-    bool is_new_ = false;      // no accurate pose since the start: the side is not yet decided
+    bool is_new_ = false;      // no pose has shown its side since the start
     TimedPose<Scalar> last_start_;
     std::uint8_t sensor_ = 0;
 };

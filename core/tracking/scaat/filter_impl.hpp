@@ -315,12 +315,13 @@ bool Filter<Scalar, Model>::continue_side(Scalar deviation_m) {
         hemisphere_.see(position_m, motion().time);
         return true;
     }
-    const bool was_new = std::exchange(is_new_, is_new_ && !(deviation_m <= this->params().max_deviation_m));
-    const bool is_decided = was_vague || (was_new && !is_new_);
-    const bool turn = is_decided && ((was_vague && !model_.is_even()) || hemisphere_.must_mirror(position_m, motion().time));
+    const bool was_new = std::exchange(is_new_, false);
+    const bool turn =
+        (was_vague && !model_.is_even()) || ((was_vague || was_new) && hemisphere_.must_mirror(position_m, motion().time));
     if (turn) {
         turn_around();
     }
+    is_new_ = was_new && !hemisphere_.known() && !(deviation_m <= this->params().max_deviation_m);  // decided again
     if (!is_new_) {
         hemisphere_.follow(motion().position_m, motion().time);
     }

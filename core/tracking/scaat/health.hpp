@@ -56,7 +56,7 @@ public:
 
     /// Start of the filter: the motion is unknown.
     void start() {
-        forget_times();
+        accepted_.clear();
         columns_since_ = 0;
         blur_variance_ = 0;
     }

@@ -1,6 +1,7 @@
 import json
 import os
 import time
+import sys
 import types
 
 from rclpy.time import Time
@@ -35,6 +36,9 @@ class Node:
 
     def get_clock(self):
         return Clock()
+
+    def get_logger(self):
+        return types.SimpleNamespace(warning=lambda text, throttle_duration_sec: print(text, file=sys.stderr))
 
     def destroy_node(self):
         pass
