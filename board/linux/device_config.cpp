@@ -1,5 +1,7 @@
 #include "board/linux/device_config.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -70,8 +72,8 @@ void read_tracker(CheckedTable table, DeviceConfig& config) {
     config.method = method.empty() ? config.method : table.choice("method", host::kTrackerNames);
     const Vec3<double> unset = Vec3<double>::Constant(std::numeric_limits<double>::quiet_NaN());
     const Vec3<double> hemisphere = table.vector("hemisphere", unset);
-    config.hemisphere = hemisphere.allFinite() ? std::optional(hemisphere) : std::nullopt;
-    config.confined = table.flag("confined", false);
+    config.hemisphere = hemisphere.allFinite() ? std::optional(hemisphere) : config.hemisphere;
+    config.confined = table.flag("confined", config.confined);
     table.finish();
 }
 
@@ -123,6 +125,7 @@ DeviceConfig parse_device_config(const std::string& name, std::string_view text)
     config.device = root.text("device", "");
     if (!config.device.empty()) {
         try {
+            take_side(config);
             if (is_text_source(config.device)) {
                 parse_text_name(config.device);
             } else {
@@ -162,9 +165,12 @@ void take_side(DeviceConfig& config) {
         if (part == "confined") {
             config.confined = true;
         } else if (part.starts_with(kHemisphere)) {
-            config.hemisphere = direction_of(name, part.substr(kHemisphere.size()));
-        } else {
+            config.hemisphere = config.hemisphere.value_or(direction_of(name, part.substr(kHemisphere.size())));
+        } else if (config.device.empty() || is_text_source(name)) {
             config.device.append(config.device.empty() ? "" : ",").append(part);
+        } else {
+            throw host::InputError(
+                fmt::format("device '{}': '{}' is not known; only hemisphere=X/Y/Z and confined may follow", name, part));
         }
     }
 }

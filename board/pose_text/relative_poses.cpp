@@ -67,7 +67,7 @@ RelativePoses::Pose RelativePoses::finished(const Pose& pose) const {
     }
     Pose stale = pose;
     if (history_.empty()) {
-        stale.position_m.setZero();
+        tracking::clear_position(stale);
         stale.q_source_sensor.setIdentity();
         stale.predicted_error.reset();
     } else {

@@ -14,8 +14,8 @@ namespace tricoil::host {
 
 /// A pose waits for the first pose of the reference that is not older. If their times differ, the reference is interpolated
 /// between its poses before and after, at most kLongestGap apart. If the reference has no pose within kPatience, or no such pair,
-/// the pose is relative to the newest pose of the reference and flagged stale. Without any pose of the reference, position and
-/// attitude are zero. The order of the poses of one sensor is kept. The signs of the quaternions of one
+/// the pose is relative to the newest pose of the reference and flagged stale. Without any pose of the reference there
+/// is no position, and the attitude is zero. The order of the poses of one sensor is kept. The signs of the quaternions of one
 /// sensor are continuous.
 class RelativePoses {
 public:

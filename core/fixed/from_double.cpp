@@ -69,6 +69,7 @@ tracking::PoseEstimate<double> to_double(const PoseEstimate& estimate) {
         e.covariance = solver::pose_covariance<double>(1, range_m, e.position_m / range_m, noise);
         e.snr_db = -20 * std::log10(noise);
     }
+    e.flags.has(tracking::PoseFlag::not_converged) ? clear_position(e) : clear_unknown_position(e);  // without a solution
     return e;
 }
 

@@ -35,7 +35,7 @@ bool Sides::is_mirror_excluded(const Vec3<Metres>& near, const Vec3<Metres>& las
     const std::int64_t squares = std::int64_t{near_squared.raw()} + last_squared.raw();  // 2^-25 m^2
     const std::int64_t twice = 2 * std::int64_t{both.raw()};
     const std::int64_t reach = reach_squared(unseen);
-    const bool is_beside = is_less(quarter, multiply(scaled(both), scaled(both)));
+    const bool is_beside = twice > 0 && is_less(quarter, multiply(scaled(both), scaled(both)));
     return (is_beside || squares - twice <= reach) && squares + twice > reach;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/protocol/messages.hpp"
 #include "core/protocol/schema.hpp"
@@ -61,8 +62,8 @@ PoseMessage to_message(const tracking::PoseEstimate<Scalar>& e) {
     }
     for (std::size_t i = 0; i < 6; ++i) {
         const auto k = static_cast<Index>(i);
-        m.deviation[i] = to_wire<std::uint32_t>(std::sqrt(std::max(e.covariance(k, k), Scalar(0))), Scalar(kDeviationPerUnit), 0,
-                                                highest(WireType::u24));
+        const Scalar variance = finite ? std::max(e.covariance(k, k), Scalar(0)) : std::numeric_limits<Scalar>::max();
+        m.deviation[i] = to_wire<std::uint32_t>(std::sqrt(variance), Scalar(kDeviationPerUnit), 0, highest(WireType::u24));
     }
     m.distortion = to_wire<std::uint16_t>(e.distortion_m, Scalar(kDistortionPerMetre), 0, highest(WireType::u16));
     m.snr_cdb = to_wire<std::int16_t>(e.snr_db, Scalar(100), lowest(WireType::i16), highest(WireType::i16));
@@ -94,7 +95,9 @@ template <typename Scalar>
     }
     e.distortion_m = static_cast<Scalar>(m.distortion / kDistortionPerMetre);
     e.snr_db = Scalar(m.snr_cdb) / 100;
-    clear_unknown_position(e);
+    const bool is_none = std::all_of(m.deviation.begin(), m.deviation.end(),
+                                     [](std::uint32_t deviation) { return deviation == highest(WireType::u24); });
+    is_none && !e.valid() ? clear_position(e) : clear_unknown_position(e);
     constexpr Scalar kLengthTolerance = Scalar(1e-5);  // of the squared length: rounding of four numbers
     return std::abs(e.q_source_sensor.squaredNorm() - 1) < kLengthTolerance ? WireError::none : WireError::impossible;
 }

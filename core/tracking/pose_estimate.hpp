@@ -52,10 +52,10 @@ void clear_position(PoseEstimate<Scalar>& estimate) {
     estimate.snr_db = kUnknown;
 }
 
-/// clear_position() if a flag says so.
+/// clear_position() if a flag says so, or a part of the position is not a number.
 template <typename Scalar>
 void clear_unknown_position(PoseEstimate<Scalar>& estimate) {
-    if (estimate.flags.has_any(kNoPosition)) {
+    if (estimate.flags.has_any(kNoPosition) || !estimate.position_m.allFinite()) {
         clear_position(estimate);
     }
 }

@@ -18,6 +18,7 @@
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/udp_service.hpp"
+#include "board/linux/device_config.hpp"
 #include "board/linux/text_name.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/record/recorded_source.hpp"
@@ -206,8 +207,11 @@ void add_button(const ServeCommand& command, Server& server) {
     if (command.fastrak.empty()) {
         throw InputError("--button: only with --fastrak");
     }
-    const std::string device = is_on_device(*command.run) ? device_options(*command.run).config.device : "";
-    if (command.button == "-" && linux_board::is_text_source(device) && linux_board::parse_text_name(device).where == "-") {
+    linux_board::DeviceConfig device =
+        is_on_device(*command.run) ? device_options(*command.run).config : linux_board::DeviceConfig{};
+    linux_board::take_side(device);
+    if (command.button == "-" && linux_board::is_text_source(device.device) &&
+        linux_board::parse_text_name(device.device).where == "-") {
         throw InputError("--button - and --device exclude each other: both read standard input");
     }
     server.add(std::make_unique<ButtonInput>(command.button, server.button()));

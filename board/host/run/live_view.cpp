@@ -93,7 +93,10 @@ void LiveView::show(const tracking::PoseEstimate<double>& estimate, const PoseEr
 }
 
 void LiveView::track_speed(const Vec3<double>& position_m, double time_s) {
-    if (mark_s_ < 0 || time_s - mark_s_ >= kSpeedSpan_s) {
+    if (!position_m.allFinite()) {
+        mark_s_ = -1;
+        speed_m_s_ = 0;
+    } else if (mark_s_ < 0 || time_s - mark_s_ >= kSpeedSpan_s) {
         speed_m_s_ = mark_s_ < 0 ? 0 : (position_m - mark_m_).norm() / (time_s - mark_s_);
         mark_m_ = position_m;
         mark_s_ = time_s;

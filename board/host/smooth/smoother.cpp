@@ -94,6 +94,7 @@ SmoothedPose Smoother::reported(const Step& step, const tracking::scaat::State<d
     pose.q_source_sensor = geometry::with_sign_of(pose.q_source_sensor, step.filtered.q_source_sensor);
     pose.flags.clear(tracking::PoseFlag::not_converged);
     pose.predicted_error.reset();
+    tracking::clear_unknown_position(pose);
     result.velocity_m_s = in_source_frame(smoothed.velocity_m_s, tracker);
     result.rate_rad_s = in_source_frame(smoothed.rate_rad_s, tracker);
     return result;

@@ -32,7 +32,7 @@ std::string pose_schema(const PoseUnits& units) {
     for_each_field(kPoseForm, units, [&](const PoseField& field) {
         properties[pose_key(field, units)] = field.integer != nullptr ? Json{{"type", "integer"}}
                                              : field.is_names()       ? Json{{"type", "string"}}
-                                             : field.count > 1        ? Json{{"type", "array"}, {"items", number}}
+                                             : field.count > 1        ? Json{{"type", {"array", "null"}}, {"items", number}}
                                                                       : number;
     });
     return Json{{"title", "tricoil.Pose"}, {"type", "object"}, {"properties", properties}}.dump();

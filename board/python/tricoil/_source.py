@@ -22,7 +22,8 @@ def _sensor(sensor: int) -> int:
 class Pose:
     """One pose.
 
-    time_s: device time of the newest measurement. covariance: (6, 6). couplings: signal matrix X (3, 3); zero if the device solved it.
+    time_s: device time of the newest measurement. position_m: NaN, with an infinite covariance, without a sensor. covariance: (6, 6).
+    couplings: signal matrix X (3, 3); zero if the device solved it.
     distortion_m: position error (3D, RMS) that metal near the coils suggests; part of the covariance. predicted_error_m: error that
     the motion and the noise predict; NaN while the motion is unknown.
     """

@@ -255,7 +255,7 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
     resolve_hemisphere(chosen, matrix);
     estimator_.start(chosen, rates_since_last_start(chosen, matrix.newest), intake_.columns(), health_.start_variance());
     is_running_ = true;
-    is_new_ = !chosen.hemisphere_from_data;
+    is_new_ = !pose->hemisphere_from_data;
     ++starts_;
     health_.start();
     intake_.start();
@@ -289,7 +289,7 @@ void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const Si
     pose.position_m = -pose.position_m;
     if (!model_.is_even()) {  // refine from the mirror image, which is only approximately a solution
         const auto turned = model_.near(matrix.x, pose.position_m, geometry::attitude_quaternion(pose.attitude));
-        pose = turned.ok() ? *turned : pose;
+        pose = turned.ok() && turned->position_m.dot(pose.position_m) > 0 ? *turned : pose;
     }
 }
 
@@ -320,6 +320,9 @@ bool Filter<Scalar, Model>::continue_side(Scalar deviation_m) {
         (was_vague && !model_.is_even()) || ((was_vague || was_new) && hemisphere_.must_mirror(position_m, motion().time));
     if (turn) {
         turn_around();
+        if (!model_.is_even()) {
+            return false;  // the state is not mirrored
+        }
     }
     is_new_ = was_new && !hemisphere_.known() && !(deviation_m <= this->params().max_deviation_m);  // decided again
     if (!is_new_) {

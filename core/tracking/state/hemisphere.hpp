@@ -23,7 +23,7 @@ struct Sides {
         constexpr Scalar kMinCosine = Scalar(0.5);
         const Scalar dot = near.dot(last);
         const Scalar reach_m = Scalar(kMaxUnseenSpeed_m_s) * seconds_as<Scalar>(unseen);
-        const bool is_beside = dot * dot > kMinCosine * kMinCosine * near.squaredNorm() * last.squaredNorm();
+        const bool is_beside = dot > 0 && dot * dot > kMinCosine * kMinCosine * near.squaredNorm() * last.squaredNorm();
         return (is_beside || (near - last).squaredNorm() <= reach_m * reach_m) && (near + last).squaredNorm() > reach_m * reach_m;
     }
 };
@@ -59,10 +59,11 @@ public:
         fresh_ = false;
     }
 
-    /// A pose that is too inaccurate to be followed. While its direction is within 60 degrees of the last
-    /// followed pose, the hemisphere stays known.
+    /// A pose that is too inaccurate to be followed. If its side is known, it stays known while the direction is within 60
+    /// degrees of the last followed pose, and the range at least half of that pose's.
     void see(const Vec3<Scalar>& position_m, DeviceTime time) {
-        if (!SidesOf::are_opposite(position_m, last_m_) && SidesOf::is_mirror_excluded(position_m, last_m_, Microseconds{0})) {
+        const bool is_near = followed_ && 4 * position_m.squaredNorm() > last_m_.squaredNorm();
+        if (known_ && is_near && SidesOf::is_mirror_excluded(position_m, last_m_, Microseconds{0})) {
             last_time_ = time;
         }
     }
@@ -84,7 +85,7 @@ public:
         return turn;
     }
 
-    /// A pose that a step from the last good pose gave: it is on the same side.
+    /// A pose that a step from the last valid pose gave: it cannot be replaced by its mirror image.
     void step_to(const Vec3<Scalar>& position_m, DeviceTime time) {
         if (is_given() || !followed_) {
             known_ = is_given();

@@ -271,7 +271,7 @@ bool Session::has_moved(int number) const {
     constexpr double kRounding_m = 1e-9;
     const std::optional<Vec3<double>>& sent_m = newest(number).sent_m;
     const double needed_m = station(number).increment_m - kRounding_m;
-    return !sent_m || (reported(number).position_m - *sent_m).cwiseAbs().maxCoeff() >= needed_m;
+    return !sent_m || needed_m <= 0 || (reported(number).position_m - *sent_m).cwiseAbs().maxCoeff() >= needed_m;
 }
 
 void Session::answer(int number) {

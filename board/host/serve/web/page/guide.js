@@ -41,7 +41,7 @@ export class Guide {
     element('reason').textContent = quality.text;
     element('remedy').textContent = quality.remedy;
     if (ms - this.#sinceMs >= kSteadyMs) this.#announce(quality, pose);
-    const sides = quality.cause === 'hemisphere_unknown' && pose ? sidesOf(pose.position_m) : [];
+    const sides = quality.cause === 'hemisphere_unknown' && Number.isFinite(pose?.position_m[0]) ? sidesOf(pose.position_m) : [];
     const asked = sides.map(side => side.name).join() + mayControl;
     if (asked !== this.#asked) this.#ask(sides, mayControl);
     this.#asked = asked;

@@ -86,7 +86,7 @@ function placeSensors() {
     if (!isLive()) view.setVisible(false);
   }
   const pose = page.newest;
-  const unknown = isLive() && pose?.names.includes('hemisphere_unknown');
+  const unknown = isLive() && pose?.names.includes('hemisphere_unknown') && Number.isFinite(pose.position_m[0]);
   page.scene.hemisphere.show(pose?.position_m, unknown ? sidesOf(pose.position_m) : []);
   page.scene.hemisphere.confine(page.playback || unknown ? null : page.status.confined_to?.[page.selected] ?? null);
   page.scene.invalidate();
