@@ -289,6 +289,7 @@ int DeviceRun::finish(const host::LinkHealth& health) {
         closing["fifo"] = realtime_.fifo;
     }
     text += "  health   " + host::health_line(closing["health"]) + "\n";
+    const std::string advice = closing["poses_valid"] > 0 ? "" : source_->advice_without_poses();
     source_.reset();
     if (unread) {
         return kSignalled + SIGPIPE;
@@ -299,6 +300,9 @@ int DeviceRun::finish(const host::LinkHealth& health) {
         host::print_text("{}\n", closing.dump());
     } else {
         host::print_text(text);
+    }
+    if (!advice.empty()) {
+        host::print_notice("tricoil: {}: no valid pose: {}\n", options_.config.device, advice);
     }
     if (!error_.empty()) {
         throw host::DeviceError(error_);

@@ -269,8 +269,7 @@ nlohmann::ordered_json TextSource::summary() const {
 std::string TextSource::text_of(const nlohmann::ordered_json& summary) const {
     return host::fill(summary,
                       "{device}: {poses} poses, {poses_valid} valid\n"
-                      "  lines    {lines} read, {lines_refused} refused; {columns} columns; flags of the poses: {flags_seen}\n") +
-           (counters_.valid_poses == 0 ? "  no pose  do the times, state, mux and rate_hz of the columns agree?\n" : "");
+                      "  lines    {lines} read, {lines_refused} refused; {columns} columns; flags of the poses: {flags_seen}\n");
 }
 
 }  // namespace tricoil::linux_board

@@ -98,7 +98,11 @@ inline Microseconds prediction_of_option(const std::string& tracker, double seco
 
 /// True for the methods with a filter.
 inline bool estimates_velocity(const tracking::MethodParams<double>& method) {
-    return std::visit([](const auto& params) { return requires { params.predict_ahead; }; }, method);
+    return std::visit(
+        [](const auto& params) {
+            return requires { params.predict_ahead; };
+        },
+        method);
 }
 
 /// Poses are delivered by this time ahead, from a filter. Throws InputError if the method has no filter.

@@ -68,7 +68,8 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
         options.config.method = command.options.tracker;
     }
     if (prediction_of_option(options.config.method, command.options.predict_ahead_s).count() > 0) {
-        options.config.method = fmt::format("{},predict_s={}", name_of_choice(options.config.method), command.options.predict_ahead_s);
+        options.config.method =
+            fmt::format("{},predict_s={}", name_of_choice(options.config.method), command.options.predict_ahead_s);
     }
     if (!command.options.hemisphere.empty()) {
         const auto& h = command.options.hemisphere;
