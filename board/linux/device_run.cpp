@@ -106,11 +106,9 @@ private:
 void open_lines(const DeviceRunOptions& options, LineWriter& writer) {
     constexpr const char* kStdout = "standard output";
     const bool csv_to_stdout = options.config.csv == host::kStandardOutput;
-    if (csv_to_stdout + options.json + options.json_lines > 1) {
-        throw host::InputError(fmt::format("{} and {} exclude each other: both write to standard output",
-                                           csv_to_stdout ? "--out -" : "--json-lines -",
-                                           options.json ? "--json" : "--json-lines -"));
-    }
+    host::refuse_if(csv_to_stdout + options.json + options.json_lines > 1,
+                    "{} and {} exclude each other: both write to standard output", csv_to_stdout ? "--out -" : "--json-lines -",
+                    options.json ? "--json" : "--json-lines -");
     if (csv_to_stdout) {
         writer.csv.emplace(STDOUT_FILENO, kStdout);
     } else if (!options.config.csv.empty()) {

@@ -67,18 +67,15 @@ inline std::optional<fixed::Method> fixed_method(const std::string& typed) {
 
 /// Throws InputError for an integer tracker. Only a simulated run (tricoil run, without a device) supports these trackers.
 inline void refuse_fixed_method(const std::string& typed) {
-    if (fixed_method(typed)) {
-        throw InputError("--tracker " + typed +
-                         ": computes poses from samples, which only tricoil run with a simulated board has; use direct, previous "
-                         "or scaat for columns");
-    }
+    refuse_if(fixed_method(typed).has_value(),
+              "--tracker {}: computes poses from samples, which only tricoil run with a simulated board has; use direct, "
+              "previous or scaat for columns",
+              typed);
 }
 
 /// Throws InputError with the reason for the tracker that needs columns of two bands.
 inline void refuse_dual_band(const tracking::MethodParams<double>& method, const std::string& reason) {
-    if (std::holds_alternative<tracking::DualBandParams>(method)) {
-        throw InputError("--tracker dual-band: " + reason);
-    }
+    refuse_if(std::holds_alternative<tracking::DualBandParams>(method), "--tracker dual-band: {}", reason);
 }
 
 /// Longest prediction. Beyond it, hand motions leave no valid pose: the standard deviation exceeds its limit.
@@ -86,13 +83,11 @@ constexpr double kMaxPredictionS = 0.1;
 
 /// Time of --predict with this tracker. Throws InputError.
 inline Microseconds prediction_of_option(const std::string& tracker, double seconds) {
-    if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
-        throw InputError(fmt::format("--predict {}: must be a number of seconds, 0 to {}", seconds, kMaxPredictionS));
-    }
+    refuse_if(!(seconds >= 0 && seconds <= kMaxPredictionS), "--predict {}: must be a number of seconds, 0 to {}", seconds,
+              kMaxPredictionS);
     const std::string name = name_of_choice(tracker);
-    if (seconds > 0 && name != "scaat" && name != "dual-band") {
-        throw InputError("--predict: --tracker " + tracker + " estimates no velocity; use --tracker scaat or dual-band");
-    }
+    refuse_if(seconds > 0 && name != "scaat" && name != "dual-band",
+              "--predict: --tracker {} estimates no velocity; use --tracker scaat or dual-band", tracker);
     return microseconds_from_seconds(seconds);
 }
 
@@ -131,9 +126,8 @@ inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
     if (const std::string behind = typed.substr(name.size()); !behind.empty()) {
         constexpr std::string_view kKey = ",predict_s=";
         const double seconds = behind.starts_with(kKey) ? number_from<double>(behind.substr(kKey.size())).value_or(-1) : -1;
-        if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
-            throw InputError("--tracker " + typed + ": only predict_s=SECONDS may follow the name, 0 to 0.1");
-        }
+        refuse_if(!(seconds >= 0 && seconds <= kMaxPredictionS),
+                  "--tracker {}: only predict_s=SECONDS may follow the name, 0 to 0.1", typed);
         set_prediction(method, microseconds_from_seconds(seconds));
     }
     return method;
