@@ -43,6 +43,11 @@ Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& a);
 /// In descending order.
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
 
+/// Extents of points along the principal axes through their middle, the longest first: root of the sum of squares.
+inline Eigen::VectorXd extents(const Eigen::Matrix3Xd& points) {
+    return singular_values(points.colwise() - points.rowwise().mean());
+}
+
 /// Rotation nearest to a finite matrix in the Frobenius norm (Schoenemann 1966; sign as in Kabsch 1978).
 Mat3<double> nearest_rotation(const Mat3<double>& m);
 

@@ -1,28 +1,15 @@
 // main() of the executables of the `tricoil` program: runs one command, prints errors as one line.
 #include <atomic>
-#include <csignal>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <new>
 #include <string>
 
 #include "board/host/build_commit.hpp"
 #include "board/host/commands/program.hpp"
-#include "board/support/errors.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace {
-
-using tricoil::host::ExitCode;
-using tricoil::host::to_int;
-
-constexpr int kSignalled = 128;  // the exit code is this plus the signal number
-
-int report(int code, const char* line) {
-    tricoil::host::print_error("tricoil", line);
-    return code;
-}
 
 int run_to_the_end(int argc, char** argv) {
     tricoil::host::ignore_broken_pipe();
@@ -64,18 +51,5 @@ void set_memory_aside() {
 
 int main(int argc, char** argv) {
     set_memory_aside();
-    try {
-        return run_to_the_end(argc, argv);
-    } catch (const std::invalid_argument& error) {
-        return report(to_int(ExitCode::bad_input), error.what());
-    } catch (const tricoil::host::Interrupted& interrupt) {
-        return report(interrupt.exit_code(), interrupt.what());
-    } catch (const std::bad_alloc&) {
-        return report(to_int(ExitCode::device_error), "out of memory; the input is too large for this machine");
-    } catch (const std::exception& error) {
-        if (tricoil::host::reader_is_gone()) {  // exit as if terminated by SIGPIPE
-            return kSignalled + SIGPIPE;
-        }
-        return report(to_int(ExitCode::device_error), error.what());
-    }
+    return tricoil::host::exit_code_of("tricoil", [&] { return run_to_the_end(argc, argv); });
 }

@@ -60,8 +60,7 @@ void read_front_end(CheckedTable table, DeviceConfig& config) {
 
 void read_calibration(CheckedTable table, DeviceConfig& config) {
     config.calibration = table.text("file", "");
-    const bool is_constant_said = table.positive("coupling_constant_m3", 1) == table.positive("coupling_constant_m3", 2);
-    table.require(config.calibration.empty() || !is_constant_said, "coupling_constant_m3",
+    table.require(config.calibration.empty() || !table.has("coupling_constant_m3"), "coupling_constant_m3",
                   "is part of the calibration file; remove this key or 'file'");
     config.coupling_constant_m3 = table.positive("coupling_constant_m3", config.coupling_constant_m3);
     table.finish();
@@ -70,9 +69,7 @@ void read_calibration(CheckedTable table, DeviceConfig& config) {
 void read_tracker(CheckedTable table, DeviceConfig& config) {
     const std::string method = table.text("method", "");
     config.method = method.empty() ? config.method : table.choice("method", host::kTrackerNames);
-    const Vec3<double> unset = Vec3<double>::Constant(std::numeric_limits<double>::quiet_NaN());
-    const Vec3<double> hemisphere = table.vector("hemisphere", unset);
-    config.hemisphere = hemisphere.allFinite() ? std::optional(hemisphere) : config.hemisphere;
+    config.hemisphere = table.has("hemisphere") ? std::optional(table.vector("hemisphere", {})) : config.hemisphere;
     config.confined = table.flag("confined", config.confined);
     table.finish();
 }
@@ -98,9 +95,7 @@ void read_outputs(CheckedTable table, DeviceConfig& config) {
 
 void read_realtime(CheckedTable table, DeviceConfig& config) {
     config.priority = static_cast<int>(table.whole("priority", 0, 99));
-    const bool lock = table.flag("lock_memory", true);
-    const bool is_said = table.flag("lock_memory", false) == lock;
-    config.lock_memory = is_said ? std::optional(lock) : std::nullopt;
+    config.lock_memory = table.has("lock_memory") ? std::optional(table.flag("lock_memory", true)) : std::nullopt;
     table.finish();
 }
 

@@ -20,8 +20,9 @@ constexpr Microseconds kColumnSilence{150'000};    // longest time without a col
 
 }  // namespace
 
-DeviceLoop::DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoopParams& params, PoseSink sink)
-    : port_(port), lines_(lines), params_(params), sink_(std::move(sink)), tap_{params.tap}, session_(port, params.session) {
+DeviceLoop::DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoopParams& params, tracking::TrackerTap<double>& tap,
+                       PoseSink sink)
+    : port_(port), lines_(lines), params_(params), tap_(tap), sink_(std::move(sink)), session_(port, params.session) {
     switch_off();
 }
 

@@ -8,7 +8,6 @@
 #include "board/linux/device_session.hpp"
 #include "board/linux/hemisphere_restorer.hpp"
 #include "board/linux/latency_histogram.hpp"
-#include "board/record/tap_fan_out.hpp"
 #include "board/support/tool_tip.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 #include "core/tracking/tracker_tap.hpp"
@@ -32,8 +31,7 @@ struct DeviceLoopParams {
     std::optional<calibration::Calibration<double>> calibration;  // must suit the tracker
     Vec3<double> hemisphere = Vec3<double>::UnitX();              // at the first start; later only if session.confined
     bool publish = false;
-    host::ToolTips tips;                          // of delivered and published poses
-    tracking::TrackerTap<double>* tap = nullptr;  // receives inputs and outputs of the trackers; must outlive the loop
+    host::ToolTips tips;  // of delivered and published poses
 };
 
 struct DeviceLoopCounters {
@@ -51,8 +49,10 @@ class DeviceLoop {
 public:
     using PoseSink = std::function<void(const tracking::PoseEstimate<double>&)>;
 
-    /// `sink` receives every pose, of the tip if there is one.
-    DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoopParams& params, PoseSink sink);
+    /// `tap` receives inputs and outputs of the trackers, and must outlive the loop. `sink` receives every pose, of the tip if
+    /// there is one.
+    DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoopParams& params, tracking::TrackerTap<double>& tap,
+               PoseSink sink);
     ~DeviceLoop();
 
     /// Processes arrived messages, or waits for them at most `longest_wait`, which is limited to 5 ms.
@@ -89,8 +89,8 @@ private:
     hal::MessagePort& port_;
     HostLines lines_;
     DeviceLoopParams params_;
+    tracking::TrackerTap<double>& tap_;
     PoseSink sink_;
-    host::TapFanOut tap_;
     DeviceSession session_;
     std::array<std::optional<tracking::AnyTracker>, tracking::kMaxSensors> trackers_;
     std::array<HemisphereRestorer, tracking::kMaxSensors> restorers_;                   // survive new trackers after a lost link

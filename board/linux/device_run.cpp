@@ -106,11 +106,9 @@ private:
 void open_lines(const DeviceRunOptions& options, LineWriter& writer) {
     constexpr const char* kStdout = "standard output";
     const bool csv_to_stdout = options.config.csv == host::kStandardOutput;
-    if (csv_to_stdout + options.json + options.json_lines > 1) {
-        throw host::InputError(fmt::format("{} and {} exclude each other: both write to standard output",
-                                           csv_to_stdout ? "--out -" : "--json-lines -",
-                                           options.json ? "--json" : "--json-lines -"));
-    }
+    host::refuse_if(csv_to_stdout + options.json + options.json_lines > 1,
+                    "{} and {} exclude each other: both write to standard output", csv_to_stdout ? "--out -" : "--json-lines -",
+                    options.json ? "--json" : "--json-lines -");
     if (csv_to_stdout) {
         writer.csv.emplace(STDOUT_FILENO, kStdout);
     } else if (!options.config.csv.empty()) {
@@ -289,6 +287,7 @@ int DeviceRun::finish(const host::LinkHealth& health) {
         closing["fifo"] = realtime_.fifo;
     }
     text += "  health   " + host::health_line(closing["health"]) + "\n";
+    const std::string advice = closing["poses_valid"] > 0 ? "" : source_->advice_without_poses();
     source_.reset();
     if (unread) {
         return kSignalled + SIGPIPE;
@@ -299,6 +298,9 @@ int DeviceRun::finish(const host::LinkHealth& health) {
         host::print_text("{}\n", closing.dump());
     } else {
         host::print_text(text);
+    }
+    if (!advice.empty()) {
+        host::print_notice("tricoil: {}: no valid pose: {}\n", options_.config.device, advice);
     }
     if (!error_.empty()) {
         throw host::DeviceError(error_);

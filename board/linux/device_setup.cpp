@@ -25,9 +25,8 @@ void take_calibration(const DeviceConfig& config, const calibration::Calibration
 }  // namespace
 
 DeviceLoopParams loop_params(const DeviceConfig& config, const std::optional<calibration::Calibration<double>>& calibration) {
-    if (config.confined && (!config.hemisphere || config.hemisphere->isZero(0))) {
-        throw host::InputError("confined: give the half space too, with --hemisphere X,Y,Z or 'hemisphere' in [tracker]");
-    }
+    host::refuse_if(config.confined && (!config.hemisphere || config.hemisphere->isZero(0)),
+                    "confined: give the half space too, with --hemisphere X,Y,Z or 'hemisphere' in [tracker]");
     DeviceLoopParams params;
     params.session.hemisphere = config.hemisphere;
     params.session.confined = config.confined;

@@ -9,9 +9,8 @@ namespace tricoil::linux_board {
 namespace {
 
 DeviceLoopParams make_params(const DeviceConfig& config, const std::optional<calibration::Calibration<double>>& calibration,
-                             tracking::TrackerTap<double>& tap, const host::ToolTips& tips) {
+                             const host::ToolTips& tips) {
     DeviceLoopParams params = loop_params(config, calibration);
-    params.tap = &tap;
     params.tips = tips;
     return params;
 }
@@ -38,7 +37,7 @@ DeviceSource::DeviceSource(const DeviceConfig& config, const std::optional<calib
     : device_(config.device),
       lines_(config.coils),
       port_(make_port(parse_device_uri(config.device))),
-      loop_(*port_, lines_.lines(), make_params(config, calibration, tap, tips),
+      loop_(*port_, lines_.lines(), make_params(config, calibration, tips), tap,
             [this](const tracking::PoseEstimate<double>& pose) { take(pose); }) {}
 
 DeviceSource::~DeviceSource() {

@@ -33,13 +33,10 @@ DeviceUri parse_device_uri(const std::string& text) {
     const auto colon = text.find(':');
     const std::string scheme = text.substr(0, colon);
     const std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
-    if (scheme == "sim") {
-        throw host::InputError("device '" + text +
-                               "': the simulated device is 'sim:', only in tricoil run and serve, with --scenario");
-    }
-    if (rest.empty() || (scheme != "can" && scheme != "usb" && scheme != "serial")) {
-        throw host::InputError("unknown device '" + text + "'; " + kForms);
-    }
+    host::refuse_if(scheme == "sim",
+                    "device '{}': the simulated device is 'sim:', only in tricoil run and serve, with --scenario", text);
+    host::refuse_if(rest.empty() || (scheme != "can" && scheme != "usb" && scheme != "serial"), "unknown device '{}'; {}", text,
+                    kForms);
     DeviceUri uri;
     if (scheme == "can") {
         require(host::Component::can, "device '" + text + "'");

@@ -23,9 +23,7 @@ drivers::FileDescriptor open_file(const std::string& name, const std::string& pa
     drivers::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
     struct stat status {};
     const char* const reason = !file.is_open() || ::fstat(file.get(), &status) != 0 ? std::strerror(errno) : "is a folder";
-    if (!file.is_open() || S_ISDIR(status.st_mode)) {
-        throw host::InputError(fmt::format("{}: cannot read it: {}", name, reason));
-    }
+    host::refuse_if(!file.is_open() || S_ISDIR(status.st_mode), "{}: cannot read it: {}", name, reason);
     is_live = !S_ISREG(status.st_mode);
     return file;
 }
@@ -38,9 +36,7 @@ LineInput::LineInput(const std::string& name, const std::string& where) : notice
     const std::string scheme = where.substr(0, where.find(':') + 1);
     if (where == host::kStandardOutput) {
         input_.reset(::dup(STDIN_FILENO));
-        if (!input_.is_open()) {
-            throw host::InputError(name + ": standard input is closed");
-        }
+        host::refuse_if(!input_.is_open(), "{}: standard input is closed", name);
     } else if (scheme == "tcp:" || scheme == "udp:") {
         const std::string option = name.substr(0, name.find(':') + 1) + scheme;
         const auto address = host::parse_tcp_address(option, where.substr(scheme.size()));

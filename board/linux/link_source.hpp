@@ -30,6 +30,8 @@ public:
     [[nodiscard]] virtual nlohmann::ordered_json summary() const = 0;
     /// summary() as lines of text, printed when the source is closed.
     [[nodiscard]] virtual std::string text_of(const nlohmann::ordered_json& summary) const = 0;
+    /// What to check if no pose was valid; empty: nothing that this source knows.
+    [[nodiscard]] virtual std::string advice_without_poses() const { return ""; }
 };
 
 /// calibration: content of the file config.calibration. `tap` must outlive the source; it gets the poses of the sensors; `tips`

@@ -27,19 +27,16 @@ void set_key(TextName& name, const std::string& device, const std::string& key, 
             break;
         case 1:
             name.rate_hz = positive(device, key, value);
-            if (*name.rate_hz < TextName::kSlowest_hz || *name.rate_hz > TextName::kFastest_hz) {
-                throw host::InputError(
-                    fmt::format("{}: rate_hz={}: must be {} to {}", device, value, TextName::kSlowest_hz, TextName::kFastest_hz));
-            }
+            host::refuse_if(*name.rate_hz < TextName::kSlowest_hz || *name.rate_hz > TextName::kFastest_hz,
+                            "{}: rate_hz={}: must be {} to {}", device, value, TextName::kSlowest_hz, TextName::kFastest_hz);
             break;
         case 2:
             name.sigma = positive(device, key, value);
             break;
         default:
             name.sensors = host::number_from<int>(value).value_or(0);
-            if (name.sensors < 1 || name.sensors > tracking::kMaxSensors) {
-                throw host::InputError(fmt::format("{}: sensors={}: must be 1 to {}", device, value, tracking::kMaxSensors));
-            }
+            host::refuse_if(name.sensors < 1 || name.sensors > tracking::kMaxSensors, "{}: sensors={}: must be 1 to {}", device,
+                            value, tracking::kMaxSensors);
     }
 }
 
@@ -51,16 +48,12 @@ TextName parse_text_name(const std::string& device) {
     const std::string rest = device.substr(colon + 1);
     const std::size_t comma = rest.find(',');
     name.where = rest.substr(0, comma);
-    if (name.where.empty()) {
-        throw host::InputError(fmt::format("device '{}': needs -, tcp:PORT, udp:PORT or a file", device));
-    }
+    host::refuse_if(name.where.empty(), "device '{}': needs -, tcp:PORT, udp:PORT or a file", device);
     for (std::size_t begin = comma; begin != std::string::npos;) {
         const std::size_t end = rest.find(',', begin + 1);
         const std::string part = rest.substr(begin + 1, end == std::string::npos ? end : end - begin - 1);
         const std::size_t equals = part.find('=');
-        if (equals == std::string::npos) {
-            throw host::InputError(fmt::format("device '{}': '{}' is not KEY=VALUE", device, part));
-        }
+        host::refuse_if(equals == std::string::npos, "device '{}': '{}' is not KEY=VALUE", device, part);
         set_key(name, device.substr(0, colon), part.substr(0, equals), part.substr(equals + 1));
         begin = end;
     }

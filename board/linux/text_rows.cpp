@@ -47,17 +47,13 @@ void put(const nlohmann::json& value, std::string_view name, int index, Row& row
 
 /// A list of three values.
 const nlohmann::json& list_of(const nlohmann::json& value, std::string_view name) {
-    if (!value.is_array() || value.size() != 3) {
-        throw host::InputError(fmt::format("{}: is not a list of three", name));
-    }
+    host::refuse_if(!value.is_array() || value.size() != 3, "{}: is not a list of three", name);
     return value;
 }
 
 Row row_of_json(std::string_view line) {
     const auto object = nlohmann::json::parse(line, nullptr, false);
-    if (!object.is_object()) {
-        throw host::InputError("is not a JSON object");
-    }
+    host::refuse_if(!object.is_object(), "is not a JSON object");
     Row row;
     for (const auto& item : object.items()) {
         const std::string& name = item.key();
@@ -83,9 +79,7 @@ Row row_of_json(std::string_view line) {
 
 /// Nullopt for another kind of row.
 std::optional<Row> row_of_csv(const std::vector<std::string_view>& fields, const std::vector<int>& columns) {
-    if (fields.size() != columns.size()) {
-        throw host::InputError(fmt::format("has {} fields instead of {}", fields.size(), columns.size()));
-    }
+    host::refuse_if(fields.size() != columns.size(), "has {} fields instead of {}", fields.size(), columns.size());
     Row row;
     for (std::size_t n = 0; n < fields.size(); ++n) {
         if (columns[n] == kKind && fields[n] != "column") {
@@ -107,9 +101,8 @@ std::optional<Row> row_of_csv(const std::vector<std::string_view>& fields, const
 /// The whole number of a field, 0 to `most`.
 int whole(const Row& row, Name name, int most) {
     const double value = row[name].value_or(0);
-    if (!(value >= 0 && value <= most) || value != std::floor(value)) {
-        throw host::InputError(fmt::format("{} {}: must be a whole number from 0 to {}", kNames[name], value, most));
-    }
+    host::refuse_if(!(value >= 0 && value <= most) || value != std::floor(value), "{} {}: must be a whole number from 0 to {}",
+                    kNames[name], value, most);
     return static_cast<int>(value);
 }
 
@@ -119,9 +112,7 @@ void check(const TextFrame& frame) {
         const auto coil = static_cast<std::size_t>(n);
         is_finite = is_finite && frame.in_phase[coil].allFinite() && frame.quadrature[coil].allFinite();
     }
-    if (!is_finite) {
-        throw host::InputError("couplings and sigma must be finite, and sigma positive");
-    }
+    host::refuse_if(!is_finite, "couplings and sigma must be finite, and sigma positive");
     if (frame.time_us && !(std::abs(*frame.time_us) < 9e15)) {
         throw host::InputError(fmt::format("time {} us: out of range", *frame.time_us));
     }
@@ -132,12 +123,8 @@ TextFrame frame_of(const Row& row) {
     frame.sensor = static_cast<std::uint8_t>(whole(row, kSensor, tracking::kMaxSensors - 1));
     frame.time_us = row[kTimeUs] ? row[kTimeUs] : row[kTimeS] ? std::optional(1e6 * *row[kTimeS]) : std::nullopt;
     const auto bits = static_cast<unsigned>(whole(row, kFlags, static_cast<int>(kAllColumnFlags.bits())));
-    if ((bits & ~kAllColumnFlags.bits()) != 0) {
-        throw host::InputError(fmt::format("flags {}: has unknown flags", bits));
-    }
-    for (unsigned bit = 0; bits >> bit != 0; ++bit) {
-        frame.flags.set_if((bits >> bit & 1U) != 0, static_cast<ColumnFlag>(bit));
-    }
+    host::refuse_if((bits & ~kAllColumnFlags.bits()) != 0, "flags {}: has unknown flags", bits);
+    frame.flags = ColumnFlags::of_bits(bits, kAllColumnFlags);
     frame.sigma = three(row, kSigmas);
     if (!frame.sigma && row[kSigma]) {
         frame.sigma = Vec3<double>::Constant(*row[kSigma]);

@@ -23,9 +23,7 @@ constexpr int kMostLines = 256;  // per step, so that a flood does not delay sig
 /// What a text source cannot have.
 void refuse_device_options(const DeviceConfig& config) {
     const auto refuse = [&](bool is_given, const char* what) {
-        if (is_given) {
-            throw host::InputError(fmt::format("{}: {}: only with a device on a link", config.device, what));
-        }
+        host::refuse_if(is_given, "{}: {}: only with a device on a link", config.device, what);
     };
     refuse(config.coils.has_value(), "[coils]");
     refuse(config.serial != 0, "serial");
@@ -45,9 +43,7 @@ TextSource::TextSource(const DeviceConfig& config, const std::optional<calibrati
       lines_(device_.substr(0, device_.find(':') + 1) + name_.where, name_.where),
       notice_(device_) {
     refuse_device_options(config);
-    if (params_.session.dual_band) {
-        throw host::InputError(device_ + ": columns of one band; use --tracker direct, previous or scaat");
-    }
+    host::refuse_if(params_.session.dual_band, "{}: columns of one band; use --tracker direct, previous or scaat", device_);
 }
 
 void TextSource::PoseWatch::do_pose(const tracking::PoseEstimate<double>& pose) {
@@ -143,12 +139,10 @@ void TextSource::take_frame(const TextFrame& frame) {
         throw host::InputError(
             fmt::format("sensor {}: add ,sensors={} to the name of the source", frame.sensor, frame.sensor + 1));
     }
-    if (!frame.sigma && !name_.sigma) {
-        throw host::InputError("no sigma: add ,sigma=S to the name of the source, the standard deviation of a coupling");
-    }
-    if (!frame.time_us && !(frame.coils > 1 && name_.rate_hz)) {
-        throw host::InputError("no time: needs time_us or time_s, or couplings x11 to x33 with the key ,rate_hz=R");
-    }
+    host::refuse_if(!frame.sigma && !name_.sigma,
+                    "no sigma: add ,sigma=S to the name of the source, the standard deviation of a coupling");
+    host::refuse_if(!frame.time_us && !(frame.coils > 1 && name_.rate_hz),
+                    "no time: needs time_us or time_s, or couplings x11 to x33 with the key ,rate_hz=R");
     if (has_begun_) {
         track(frame);
         return;
@@ -269,8 +263,7 @@ nlohmann::ordered_json TextSource::summary() const {
 std::string TextSource::text_of(const nlohmann::ordered_json& summary) const {
     return host::fill(summary,
                       "{device}: {poses} poses, {poses_valid} valid\n"
-                      "  lines    {lines} read, {lines_refused} refused; {columns} columns; flags of the poses: {flags_seen}\n") +
-           (counters_.valid_poses == 0 ? "  no pose  do the times, state, mux and rate_hz of the columns agree?\n" : "");
+                      "  lines    {lines} read, {lines_refused} refused; {columns} columns; flags of the poses: {flags_seen}\n");
 }
 
 }  // namespace tricoil::linux_board

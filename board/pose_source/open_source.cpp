@@ -156,9 +156,7 @@ std::unique_ptr<PoseSource> open_device(const std::string& name, const std::stri
     linux_board::DeviceConfig config;
     if (name.ends_with(".toml")) {
         config = linux_board::load_device_config(name);
-        if (config.device.empty()) {
-            throw InputError(name + ": 'device' is missing; set it there");
-        }
+        refuse_if(config.device.empty(), "{}: 'device' is missing; set it there", name);
     } else {
         config.device = name;
     }

@@ -12,9 +12,7 @@ namespace {
 
 Vec3<double> point(const std::vector<double>& numbers, std::size_t first, const char* option) {
     const Vec3<double> p(numbers[first], numbers[first + 1], numbers[first + 2]);
-    if (!p.allFinite()) {
-        throw InputError(fmt::format("{}: must be finite numbers", option));
-    }
+    refuse_if(!p.allFinite(), "{}: must be finite numbers", option);
     return p;
 }
 
@@ -27,18 +25,15 @@ geometry::AxisOrder axis_order(const std::string& name) {
 }  // namespace
 
 OutputFormat make_output_format(const OutputOptions& options) {
-    constexpr std::array kUnitsPerMetre{1.0, 1e3, 1e2, 1 / 0.0254};
     OutputFormat format;
     format.units.unit = options.unit;
-    format.units.units_per_m = kUnitsPerMetre[index_of_name("--units", options.unit, {"m", "mm", "cm", "in"})];
+    format.units.units_per_m = kUnitsPerMetre[index_of_name("--units", options.unit, kLengthUnits)];
     format.tips = ToolTips(options.tips);
     if (!options.align_points.empty()) {
         const Status status =
             tracking::align(format.frame, point(options.align_points, 0, "--align"), point(options.align_points, 3, "--align"),
                             point(options.align_points, 6, "--align"));
-        if (!status.ok()) {
-            throw InputError(fmt::format("--align: {}", status.message()));
-        }
+        refuse_if(!status.ok(), "--align: {}", status.message());
     }
     if (!options.euler.empty()) {
         format.units.euler = axis_order(options.euler);

@@ -2,11 +2,13 @@
 // back as the same bits, so a pose is the same in every form.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "board/support/wall_clock.hpp"
 #include "core/base/flag_set.hpp"
@@ -64,6 +66,10 @@ constexpr PoseForm kRecordedForm =
     PoseForm{PoseFieldId::covariance,         PoseFieldId::distortion, PoseFieldId::snr,  PoseFieldId::predicted_position,
              PoseFieldId::predicted_rotation, PoseFieldId::couplings,  PoseFieldId::euler};
 constexpr PoseForm kSmoothedForm = kRecordedForm | PoseForm{PoseFieldId::velocity, PoseFieldId::rate};
+
+/// Units of --units.
+inline const std::vector<std::string> kLengthUnits{"m", "mm", "cm", "in"};
+inline constexpr std::array kUnitsPerMetre{1.0, 1e3, 1e2, 1 / 0.0254};  // in the same order
 
 /// Unit of lengths, and Euler angles.
 struct PoseUnits {

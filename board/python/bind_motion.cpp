@@ -47,9 +47,7 @@ py::array_t<UpdateRow> motion(const std::string& example, const std::string& loo
         const py::gil_scoped_release released;
         const auto& names = paper::example_names();
         const paper::Example chosen = paper::example(names[host::index_of_name("example", example, names)]);
-        if (!(rate_hz >= 1 && rate_hz <= 1e5)) {
-            throw host::InputError("rate_hz must be 1 to 1e5");
-        }
+        host::refuse_if(!(rate_hz >= 1 && rate_hz <= 1e5), "rate_hz must be 1 to 1e5");
         paper::SimulationParams params;
         params.loop = static_cast<error_model::Loop>(host::index_of_name("loop", loop, {"open", "closed"}));
         params.form = static_cast<paper::Form>(host::index_of_name("form", form, {"angles", "vectors"}));
@@ -74,10 +72,9 @@ error_model::MotionState<double> motion_state(const Vector& position_m, const Ve
     state.position_m = Vec3<double>(position_m.data());
     state.velocity_m_s = Vec3<double>(velocity_m_s.data());
     state.angular_rate_rad_s = Vec3<double>(angular_rate_rad_s.data());
-    if (!(state.position_m.norm() > 0 && state.position_m.allFinite() && state.velocity_m_s.allFinite() &&
-          state.angular_rate_rad_s.allFinite())) {
-        throw host::InputError("position_m must not be zero; all vectors must be finite");
-    }
+    host::refuse_if(!(state.position_m.norm() > 0 && state.position_m.allFinite() && state.velocity_m_s.allFinite() &&
+                      state.angular_rate_rad_s.allFinite()),
+                    "position_m must not be zero; all vectors must be finite");
     return state;
 }
 
@@ -112,9 +109,9 @@ py::dict term(const std::vector<Budget>& budgets, error_model::ErrorTerm<double>
 py::dict error_budget(const Vector& position_m, const Vector& velocity_m_s, const Vector& angular_rate_rad_s, double noise_ratio,
                       const std::string& mux, double rate_hz, const std::string& solver, double latency_s) {
     constexpr double kMost = 1e9;
-    if (!(rate_hz > 0 && rate_hz <= kMost && noise_ratio >= 0 && noise_ratio <= kMost && latency_s >= 0 && latency_s <= kMost)) {
-        throw host::InputError("rate_hz must be positive; noise_ratio and latency_s zero or more; all at most 1e9");
-    }
+    host::refuse_if(
+        !(rate_hz > 0 && rate_hz <= kMost && noise_ratio >= 0 && noise_ratio <= kMost && latency_s >= 0 && latency_s <= kMost),
+        "rate_hz must be positive; noise_ratio and latency_s zero or more; all at most 1e9");
     const auto state = motion_state(position_m, velocity_m_s, angular_rate_rad_s);
     error_model::BudgetParams<double> params;
     params.solver =

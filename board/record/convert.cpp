@@ -108,9 +108,7 @@ Form rests_form(const Put& put, const Recording& recording) {
 /// Stages and units that the form cannot have.
 void refuse_stages(const std::string& name, const OutputOptions& options) {
     const auto refuse = [&](bool is_given, const char* option, const char* fact) {
-        if (is_given) {
-            throw InputError(fmt::format("{}: not with --to {}, {}", option, name, fact));
-        }
+        refuse_if(is_given, "{}: not with --to {}, {}", option, name, fact);
     };
     const bool has_own_units = name == "openigtlink" || name == "rests";
     refuse(has_own_units && options.unit != OutputOptions{}.unit, "--units", "which defines its own units");

@@ -47,17 +47,10 @@ Journal::Journal(const std::vector<std::string>& paths, WhenFull when_full, std:
 }
 
 void Journal::make(const std::string& path, File& file) {
-    file.descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-    if (file.descriptor >= 0) {
-        return;
+    file.descriptor.reset(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+    if (!file.descriptor.is_open()) {
+        throw InputError(path + ": cannot be created (" + std::strerror(errno) + "); choose another folder");
     }
-    const std::string reason = std::strerror(errno);
-    for (const File& other : files_) {
-        if (other.descriptor >= 0) {
-            ::close(other.descriptor);
-        }
-    }
-    throw InputError(path + ": cannot be created (" + reason + "); choose another folder");
 }
 
 Journal::~Journal() { close(); }
@@ -107,7 +100,7 @@ void Journal::run() {
         if (const auto now = std::chrono::steady_clock::now(); now - synced >= kSyncInterval || last) {
             synced = now;
             for (const File& file : files_) {
-                if (::fdatasync(file.descriptor) != 0 && errno != EINVAL &&
+                if (::fdatasync(file.descriptor.get()) != 0 && errno != EINVAL &&
                     errno != ENOTSUP) {  // not supported by some file systems
                     fail(std::strerror(errno));
                 }
@@ -117,7 +110,7 @@ void Journal::run() {
 }
 
 void Journal::write(File& file) {
-    const std::size_t done = write_all(file.descriptor, file.writing);
+    const std::size_t done = write_all(file.descriptor.get(), file.writing);
     const std::string reason = done < file.writing.size() ? std::strerror(errno) : "";
     const std::size_t end = std::string_view(file.writing).substr(0, done).rfind('\n');
     const std::string_view whole(file.writing.data(), end == std::string::npos ? 0 : end + 1);
@@ -126,7 +119,7 @@ void Journal::write(File& file) {
     file.written.crc32 = crc32_continued(
         file.written.crc32, {reinterpret_cast<const std::uint8_t*>(whole.data()), whole.size()});  // NOLINT: bytes as such
     if (done < file.writing.size()) {
-        (void)!::ftruncate(file.descriptor, static_cast<off_t>(file.written.bytes));
+        (void)!::ftruncate(file.descriptor.get(), static_cast<off_t>(file.written.bytes));
         fail(reason);
     }
 }
@@ -155,9 +148,7 @@ std::vector<Journal::Extent> Journal::close() {
         wake_.notify_one();
         thread_.join();
         for (File& file : files_) {
-            if (::close(file.descriptor) != 0) {
-                fail(std::strerror(errno));
-            }
+            file.descriptor.reset();  // run() has flushed it to the disk
         }
     }
     for (const File& file : files_) {

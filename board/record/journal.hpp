@@ -12,6 +12,8 @@
 #include <thread>
 #include <vector>
 
+#include "drivers/posix/file_descriptor.hpp"
+
 namespace tricoil::host {
 
 /// If the program is killed, at most the lines of the last kInterval are lost, and only the last line may be incomplete. If the
@@ -49,7 +51,7 @@ public:
 
 private:
     struct File {
-        int descriptor = -1;
+        drivers::FileDescriptor descriptor;
         std::string pending;
         std::string writing;
         Extent written;

@@ -23,9 +23,7 @@ constexpr std::size_t kPoseFields = 47;
 class Fields {
 public:
     Fields(std::string_view line, std::size_t count, const std::string& where) : where_(where), fields_(split(line, ',')) {
-        if (fields_.size() != count) {
-            throw InputError(fmt::format("{}: has {} fields instead of {}", where, fields_.size(), count));
-        }
+        refuse_if(fields_.size() != count, "{}: has {} fields instead of {}", where, fields_.size(), count);
     }
 
     std::string_view text() { return fields_[at_++]; }
@@ -42,23 +40,15 @@ public:
     template <typename T>
     T number_below(T limit) {
         const T value = number<T>();
-        if (value >= limit) {
-            throw InputError(fmt::format("{}: field {} must be less than {}", where_, at_, limit));
-        }
+        refuse_if(value >= limit, "{}: field {} must be less than {}", where_, at_, limit);
         return value;
     }
 
     template <typename FlagEnum>
     FlagSet<FlagEnum> flags(FlagSet<FlagEnum> known) {
         const auto bits = number<std::uint32_t>();
-        if ((bits & ~known.bits()) != 0) {
-            throw InputError(fmt::format("{}: field {}, '{}', has unknown flags", where_, at_, bits));
-        }
-        FlagSet<FlagEnum> set;
-        for (std::uint32_t bit = 0; known.bits() >> bit != 0; ++bit) {
-            set.set_if((bits >> bit & 1U) != 0, static_cast<FlagEnum>(bit));
-        }
-        return set;
+        refuse_if((bits & ~known.bits()) != 0, "{}: field {}, '{}', has unknown flags", where_, at_, bits);
+        return FlagSet<FlagEnum>::of_bits(bits, known);
     }
 
     /// An empty field: not a number.

@@ -110,21 +110,13 @@ bool RecordedSource::advance(Microseconds /*patience*/) {
     }
     has_line_ = read();
     has_ended_ = !has_line_;
-    if (has_line_) {
-        follow_clock();
+    if (has_line_ && begins()) {
+        stamps_.restart();
+    }
+    if (const auto now = time(); has_line_ && now) {
+        stamps_.follow(*now);
     }
     return has_line_;
-}
-
-void RecordedSource::follow_clock() {
-    if (begins()) {
-        newest_.reset();
-    }
-    if (const auto now = time()) {
-        const DeviceTime before = newest_.value_or(*now);
-        newest_ = std::max(before, *now);
-        elapsed_ += *newest_ - before;
-    }
 }
 
 bool RecordedSource::read() {
@@ -176,13 +168,11 @@ void RecordedSource::play() {
 
 double two_band_frame_s(const std::string& recording) {
     const std::vector<double> intervals = intervals_s(recording);
-    if (intervals.empty()) {
-        throw InputError(recording + ": has no columns of two bands; record with --mux dual-band, or with a device in this mode");
-    }
+    refuse_if(intervals.empty(), "{}: has no columns of two bands; record with --mux dual-band, or with a device in this mode",
+              recording);
     const double frame_s = mean_of_complete(intervals);
-    if (tracking::dual_band_params(frame_s).window_frames == 0) {
-        throw InputError(recording + ": 0.1 to 0.2 s hold no whole number of its frames; record at another frame rate");
-    }
+    refuse_if(tracking::dual_band_params(frame_s).window_frames == 0,
+              "{}: 0.1 to 0.2 s hold no whole number of its frames; record at another frame rate", recording);
     return frame_s;
 }
 

@@ -8,6 +8,7 @@
 
 #include "board/record/recording.hpp"
 #include "board/stream/source.hpp"
+#include "board/stream/stream_clock.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 
 namespace tricoil::host {
@@ -51,12 +52,11 @@ private:
     bool advance(Microseconds patience) override;
     void rest() override {}
     bool set_hemisphere(std::size_t /*sensor*/, const Vec3<double>& /*towards*/) override { return false; }
-    [[nodiscard]] Microseconds elapsed() const override { return elapsed_; }
+    [[nodiscard]] Microseconds elapsed() const override { return stamps_.elapsed(); }
     [[nodiscard]] std::string status() const override { return has_ended_ ? "the recording has ended" : "reading a recording"; }
 
     bool read();
     void play();
-    void follow_clock();
     [[nodiscard]] std::optional<DeviceTime> time() const;
 
     std::optional<TrackerSettings> settings_;  // empty: recorded poses
@@ -64,9 +64,8 @@ private:
     RecordLines lines_;
     TrackerInput input_;
     tracking::PoseEstimate<double> pose_;
-    bool has_line_ = false;             // read, and not passed yet
-    std::optional<DeviceTime> newest_;  // since the device's clock started; times of several sensors may go back by a little
-    Microseconds elapsed_;              // of the line that was read last
+    bool has_line_ = false;                    // read, and not passed yet
+    StreamClock stamps_{Microseconds::max()};  // a recording has pauses, which are played
     std::uint64_t played_ = 0;
     bool has_ended_ = false;
 };

@@ -25,9 +25,7 @@ std::vector<std::string> prepare(const std::string& folder) {
     if (!fs::is_directory(folder)) {
         throw InputError(fmt::format("{}: cannot create the folder ({}); choose another --record", folder, error.message()));
     }
-    if (!fs::is_empty(folder, error) || error) {
-        throw InputError(folder + ": the folder is not empty; record into a new folder");
-    }
+    refuse_if(!fs::is_empty(folder, error) || error, "{}: the folder is not empty; record into a new folder", folder);
     std::vector<std::string> paths;
     for (const char* name : kRecordFiles) {
         paths.push_back((fs::path(folder) / name).string());

@@ -17,16 +17,11 @@ constexpr std::size_t kLongestDescription = std::size_t{1} << 20U;
 
 nlohmann::json read_description(const std::string& folder) {
     const std::string path = (fs::path(folder) / kDescriptionFile).string();
-    if (!fs::is_directory(folder)) {
-        throw InputError(folder + ": is not a folder; give a folder written by --record");
-    }
-    if (!fs::exists(path)) {
-        throw InputError(path + ": does not exist; is this a recording?");
-    }
+    refuse_if(!fs::is_directory(folder), "{}: is not a folder; give a folder written by --record", folder);
+    refuse_if(!fs::exists(path), "{}: does not exist; is this a recording?", path);
     nlohmann::json description = nlohmann::json::parse(read_text(path, kLongestDescription), nullptr, false);
-    if (!description.is_object() || description.value("format", nlohmann::json()) != kRecordingFormat) {
-        throw InputError(path + ": is not the description of a tricoil recording");
-    }
+    refuse_if(!description.is_object() || description.value("format", nlohmann::json()) != kRecordingFormat,
+              "{}: is not the description of a tricoil recording", path);
     const nlohmann::json version = description.value("version", nlohmann::json());
     if (version != kRecordingVersion && version != kOldestRecordingVersion) {
         throw InputError(fmt::format("{}: recording format version {}; this program reads versions {} and {}", path,
@@ -68,9 +63,7 @@ Recording::Recording(const std::string& folder, const std::function<void()>& eac
     }
     const auto files = description_.value("files", nlohmann::json());
     for (const char* name : kRecordFiles) {
-        if (!files.is_object() || !files.contains(name)) {
-            throw InputError(fmt::format("{}: files.{} is missing", path, name));
-        }
+        refuse_if(!files.is_object() || !files.contains(name), "{}: files.{} is missing", path, name);
         check_file(name, files[name], each_block);
     }
 }
@@ -78,9 +71,7 @@ Recording::Recording(const std::string& folder, const std::function<void()>& eac
 void Recording::refuse_as_output(const std::string& path) const {
     std::error_code error;
     const fs::path within = fs::weakly_canonical(path, error).lexically_relative(fs::weakly_canonical(folder_, error));
-    if (!within.empty() && *within.begin() != "..") {
-        throw InputError(path + ": lies in the folder of the recording; choose another --out");
-    }
+    refuse_if(!within.empty() && *within.begin() != "..", "{}: lies in the folder of the recording; choose another --out", path);
 }
 
 void Recording::check_file(const char* name, const nlohmann::json& extent, const std::function<void()>& each_block) const {
@@ -103,10 +94,8 @@ void Recording::check_file(const char* name, const nlohmann::json& extent, const
     if (file.bad()) {
         throw DeviceError(path + ": cannot be read to its end; check the disk");
     }
-    if (extent.value("bytes", nlohmann::json()) != bytes || extent.value("crc32", nlohmann::json()) != crc) {
-        throw InputError(
-            fmt::format("{}: was changed since it was recorded (size or CRC differ from {})", path, kDescriptionFile));
-    }
+    refuse_if(extent.value("bytes", nlohmann::json()) != bytes || extent.value("crc32", nlohmann::json()) != crc,
+              "{}: was changed since it was recorded (size or CRC differ from {})", path, kDescriptionFile);
 }
 
 }  // namespace tricoil::host

@@ -9,6 +9,7 @@
 
 #include "board/record/json_fields.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/tracker_choice.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 
@@ -21,10 +22,8 @@ OrderedJson value_of(bool value) { return value; }
 OrderedJson value_of(int value) { return value; }
 OrderedJson value_of(double value) { return value; }
 OrderedJson value_of(Microseconds value) { return value.count(); }
-OrderedJson value_of(const Vec3<double>& value) { return {value.x(), value.y(), value.z()}; }
-OrderedJson value_of(const Mat3<double>& value) {
-    return {value_of(Vec3<double>(value.row(0))), value_of(Vec3<double>(value.row(1))), value_of(Vec3<double>(value.row(2)))};
-}
+OrderedJson value_of(const Vec3<double>& value) { return list_of(value); }
+OrderedJson value_of(const Mat3<double>& value) { return rows_of(value); }
 OrderedJson value_of(const field::InducedDipoles<double>& dipoles) {
     OrderedJson list = OrderedJson::array();
     for (const field::InducedDipole<double>& dipole : dipoles) {
@@ -43,9 +42,7 @@ const std::set<std::string_view> kAddedLater{
 class FieldReader {
 public:
     FieldReader(const nlohmann::json& object, std::string where) : object_(object), where_(std::move(where)) {
-        if (!object.is_object()) {
-            throw InputError(where_ + ": must be an object");
-        }
+        refuse_if(!object.is_object(), "{}: must be an object", where_);
     }
 
     template <typename T>
@@ -58,16 +55,12 @@ public:
         if (at == object_.end()) {
             throw InputError(where_ + "." + key + ": is missing");
         }
-        if (!take(*at, value)) {
-            throw InputError(where_ + "." + key + ": has a wrong type or value");
-        }
+        refuse_if(!take(*at, value), "{}.{}: has a wrong type or value", where_, key);
     }
 
     /// Throws InputError for keys that were not read.
     void finish() const {
-        if (read_ != object_.size()) {
-            throw InputError(where_ + ": has unknown keys; use the tricoil version that wrote it");
-        }
+        refuse_if(read_ != object_.size(), "{}: has unknown keys; use the tricoil version that wrote it", where_);
     }
 
 private:
@@ -95,21 +88,8 @@ private:
         value = json.is_string() ? json.get<std::string>() : "";
         return json.is_string();
     }
-    static bool take(const nlohmann::json& json, Vec3<double>& value) {
-        if (!json.is_array() || json.size() != 3) {
-            return false;
-        }
-        return take(json[0], value.x()) && take(json[1], value.y()) && take(json[2], value.z());
-    }
-    static bool take(const nlohmann::json& json, Mat3<double>& value) {
-        bool whole = json.is_array() && json.size() == 3;
-        for (int i = 0; i < 3 && whole; ++i) {
-            Vec3<double> row = Vec3<double>::Zero();
-            whole = take(json[static_cast<std::size_t>(i)], row);
-            value.row(i) = row;
-        }
-        return whole;
-    }
+    static bool take(const nlohmann::json& json, Vec3<double>& value) { return read_list(json, value); }
+    static bool take(const nlohmann::json& json, Mat3<double>& value) { return read_rows(json, value); }
     static bool take(const nlohmann::json& json, field::InducedDipoles<double>& dipoles) {
         if (!json.is_array() || json.size() > field::kMaxInducedDipoles) {
             return false;
@@ -130,11 +110,7 @@ private:
     std::size_t read_ = 0;
 };
 
-void refuse_bad(const Status& status, const std::string& where) {
-    if (!status.ok()) {
-        throw InputError(where + ": " + status.message());
-    }
-}
+void refuse_bad(const Status& status, const std::string& where) { refuse_if(!status.ok(), "{}: {}", where, status.message()); }
 
 /// Older recordings have one phase for each sensor channel.
 nlohmann::json with_phases_of_couplings(nlohmann::json known) {
@@ -171,20 +147,14 @@ OrderedJson settings_json(const TrackerSettings& settings) {
 TrackerSettings settings_from_json(const nlohmann::json& json, const std::string& where) {
     TrackerSettings settings;
     FieldReader(json, where)("sensors", settings.sensors);
-    if (settings.sensors < 1 || settings.sensors > tracking::kMaxSensors) {
-        throw InputError(where + ".sensors: must be 1 to 4");
-    }
-    if (!json.contains("tracker")) {
-        throw InputError(where + ".tracker: is missing");
-    }
+    refuse_if(settings.sensors < 1 || settings.sensors > tracking::kMaxSensors, "{}.sensors: must be 1 to 4", where);
+    refuse_if(!json.contains("tracker"), "{}.tracker: is missing", where);
     FieldReader tracker(json["tracker"], where + ".tracker");
     settings.tracker.method = read_method(tracker, where + ".tracker.method");
     visit_tracker(settings.tracker, tracker);
     tracker.finish();
     refuse_bad(tracking::check(settings.tracker), where + ".tracker");
-    if (!json.contains("calibration")) {
-        throw InputError(where + ".calibration: is missing");
-    }
+    refuse_if(!json.contains("calibration"), "{}.calibration: is missing", where);
     if (const auto known = with_phases_of_couplings(json["calibration"]); !known.is_null()) {
         FieldReader calibration(known, where + ".calibration");
         settings.calibration.emplace();

@@ -15,6 +15,7 @@
 #include "board/support/interrupt.hpp"
 #include "board/support/sim_input/peer_fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/tracker_choice.hpp"
 #include "board/support/whole_file.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
@@ -236,14 +237,5 @@ int main_program(int argc, char** argv) {
 }  // namespace tricoil::sim_front_end
 
 int main(int argc, char** argv) {
-    using tricoil::host::ExitCode;
-    try {
-        return tricoil::sim_front_end::main_program(argc, argv);
-    } catch (const std::invalid_argument& error) {
-        fmt::print(stderr, "tricoil-front-end: {}\n", error.what());
-        return to_int(ExitCode::bad_input);
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "tricoil-front-end: {}\n", error.what());
-        return to_int(ExitCode::device_error);
-    }
+    return tricoil::host::exit_code_of("tricoil-front-end", [&] { return tricoil::sim_front_end::main_program(argc, argv); });
 }

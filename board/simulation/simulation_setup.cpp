@@ -36,10 +36,8 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
     scenario.duration_s = options.duration_s.value_or(scenario.duration_s);
     for (const std::string& text : options.faults) {
         const sim::Fault fault = parse_fault(text);
-        if (fault.begin_s > 0 && fault.begin_s >= scenario.duration_s) {
-            throw InputError(
-                fmt::format("fault '{}': begins at {} s, but the run ends at {} s", text, fault.begin_s, scenario.duration_s));
-        }
+        refuse_if(fault.begin_s > 0 && fault.begin_s >= scenario.duration_s,
+                  "fault '{}': begins at {} s, but the run ends at {} s", text, fault.begin_s, scenario.duration_s);
         scenario.faults.push_back(fault);
     }
     sim::check_metal(scenario);
@@ -67,14 +65,11 @@ tracking::MethodParams<double> make_method(const SimulationOptions& options, con
     tracking::MethodParams<double> method = method_of_name(options.tracker);
     const bool is_filter = std::holds_alternative<tracking::ScaatParams<double>>(method);
     if (auto* bands = std::get_if<tracking::DualBandParams>(&method)) {
-        if (!plan.has_low_band()) {
-            throw InputError("--tracker dual-band: needs two bands; use --mux dual-band");
-        }
+        refuse_if(!plan.has_low_band(), "--tracker dual-band: needs two bands; use --mux dual-band");
         tracking::set_frame(*bands, plan.block_s());
     }
-    if (options.no_deskew && (is_filter || !plan.is_tdm())) {
-        throw InputError("--no-deskew: only for --mux tdm with --tracker direct or previous");
-    }
+    refuse_if(options.no_deskew && (is_filter || !plan.is_tdm()),
+              "--no-deskew: only for --mux tdm with --tracker direct or previous");
     set_deskew(method, plan.is_tdm() && !options.no_deskew);
     tracking::PreviousParams previous;
     previous.passes = options.passes;
@@ -94,24 +89,19 @@ void refuse_short(const SimulationOptions& options, double duration_s, double bl
     if (std::isfinite(duration_s) && duration_s >= block_s) {
         return;
     }
-    if (options.trajectory.empty() || options.duration_s) {
-        throw InputError("--duration must be a finite number of seconds, at least one block");
-    }
+    refuse_if(options.trajectory.empty() || options.duration_s,
+              "--duration must be a finite number of seconds, at least one block");
     throw InputError(fmt::format("{}: the path leaves less than one block at --speed {} with --predict {}; give smaller values",
                                  options.trajectory, options.speed, options.predict_ahead_s));
 }
 
 void refuse_bad_stations(const SimulationOptions& options) {
-    if (options.stations < 1 || options.stations > tracking::kMaxSensors) {
-        throw InputError("--stations " + std::to_string(options.stations) + ": must be 1 to " +
-                         std::to_string(tracking::kMaxSensors));
-    }
-    if (options.stations > 1 && is_by_columns(options)) {
-        throw InputError("--stations: not with --fidelity columns, which simulates one sensor; use --fidelity samples");
-    }
-    if (options.stations > 1 && fixed_method(options.tracker)) {
-        throw InputError("--stations: not with --tracker fixed-direct or fixed-previous, which track one sensor");
-    }
+    refuse_if(options.stations < 1 || options.stations > tracking::kMaxSensors, "--stations {}: must be 1 to {}",
+              options.stations, tracking::kMaxSensors);
+    refuse_if(options.stations > 1 && is_by_columns(options),
+              "--stations: not with --fidelity columns, which simulates one sensor; use --fidelity samples");
+    refuse_if(options.stations > 1 && fixed_method(options.tracker),
+              "--stations: not with --tracker fixed-direct or fixed-previous, which track one sensor");
 }
 
 }  // namespace

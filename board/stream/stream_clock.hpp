@@ -9,16 +9,21 @@ namespace tricoil::host {
 
 class StreamClock {
 public:
-    /// A longer step, forward or back, is a clock that started again.
     static constexpr Microseconds kLongestGap{1'000'000};
+
+    /// A step back by more than kLongestGap, or forward by more than `longest_gap`, is a clock that started again.
+    explicit StreamClock(Microseconds longest_gap = kLongestGap) : longest_gap_(longest_gap) {}
 
     /// Call it with each stamp. Those of several sensors may go back by a little.
     void follow(DeviceTime now) {
         const Microseconds step = now - newest_.value_or(now);
-        const bool is_restart = step > kLongestGap || step < -kLongestGap;
+        const bool is_restart = step > longest_gap_ || step < -kLongestGap;
         elapsed_ += is_restart || step.count() < 0 ? Microseconds{} : step;
         newest_ = is_restart || step.count() >= 0 ? now : *newest_;
     }
+
+    /// The clock starts again with the next stamp.
+    void restart() { newest_.reset(); }
 
     /// Newest stamp since the clock started; empty: none yet.
     [[nodiscard]] const std::optional<DeviceTime>& newest() const { return newest_; }
@@ -26,6 +31,7 @@ public:
     [[nodiscard]] Microseconds elapsed() const { return elapsed_; }
 
 private:
+    Microseconds longest_gap_;
     std::optional<DeviceTime> newest_;
     Microseconds elapsed_;
 };

@@ -39,9 +39,7 @@ std::map<std::string, Rigid> read_fixtures(const std::string& path, const std::s
     }
     for (const auto& [name, node] : *table) {
         const std::string prefix = key + "." + std::string(name.str()) + ".";
-        if (!node.is_table()) {
-            throw InputError(fmt::format("{}: '{}' must be a table", path, prefix));
-        }
+        refuse_if(!node.is_table(), "{}: '{}' must be a table", path, prefix);
         CheckedTable fixture(path, prefix, *node.as_table());
         Rigid rigid;
         rigid.translation_m = fixture.vector("translation_m", rigid.translation_m);
@@ -85,9 +83,7 @@ std::vector<VirtualDipole> read_surroundings(CheckedTable& top) {
 }
 
 void require(const std::string& path, const toml::table& root, const char* table, const char* key) {
-    if (!root[table][key]) {
-        throw InputError(fmt::format("{}: '{}.{}' is missing; the file is not complete: calibrate again", path, table, key));
-    }
+    refuse_if(!root[table][key], "{}: '{}.{}' is missing; the file is not complete: calibrate again", path, table, key);
 }
 
 std::string low_band_text(const calibration::LowBand<double>& low) {
@@ -188,9 +184,7 @@ std::string to_toml(const CalibrationFile& file) {
 CalibrationFile read_calibration(const std::string& path) {
     const toml::table root = parse_toml(path, read_text(path, kLongestToml));
     CheckedTable top(path, "", root);
-    if (top.number("version", 0) != 1) {
-        throw InputError(path + ": 'version' is not 1; calibrate again with this software");
-    }
+    refuse_if(top.number("version", 0) != 1, "{}: 'version' is not 1; calibrate again with this software", path);
     CalibrationFile file;
     file.model = top.choice("model", kModels);
     file.residual_rms = top.number("residual_rms", 0);
@@ -242,9 +236,7 @@ CalibrationFile read_calibration(const std::string& path) {
     file.source_stage = read_fixtures(path, "source_stage", root);
     file.mount_sensor = read_fixtures(path, "mount_sensor", root);
     const Status status = calibration::check(c);
-    if (!status.ok()) {
-        throw InputError(path + ": " + status.message());
-    }
+    refuse_if(!status.ok(), "{}: {}", path, status.message());
     return file;
 }
 

@@ -30,14 +30,11 @@ Mat3<double> parse_matrix(std::span<const std::string_view> fields, const TextPl
 
 SignalLevels parse_levels(std::span<const std::string_view> fields, const TextPlace& place) {
     const double step = parse_number(fields.back(), place);
-    if (!(step >= 0 && step < static_cast<double>(signal::kMaxGainSteps) && step == std::floor(step))) {
-        throw InputError(
-            fmt::format("{}: gain_step must be a whole number from 0 to {}", place.str(), signal::kMaxGainSteps - 1));
-    }
+    refuse_if(!(step >= 0 && step < static_cast<double>(signal::kMaxGainSteps) && step == std::floor(step)),
+              "{}: gain_step must be a whole number from 0 to {}", place, signal::kMaxGainSteps - 1);
     const SignalLevels levels{parse_matrix(fields.first(kCouplings), place), static_cast<int>(step)};
-    if (!(levels.share.minCoeff() >= 0 && levels.share.maxCoeff() <= 1)) {
-        throw InputError(place.str() + ": a level (a11 to a33) is not a share of full scale, 0 to 1");
-    }
+    refuse_if(!(levels.share.minCoeff() >= 0 && levels.share.maxCoeff() <= 1),
+              "{}: a level (a11 to a33) is not a share of full scale, 0 to 1", place);
     return levels;
 }
 
@@ -72,10 +69,8 @@ void check_couplings(const CouplingFrame& couplings, const TextPlace& place) {
     using Complex = std::complex<double>;
     const Mat3<double> quadrature = couplings.quadrature.value_or(Mat3<double>::Zero());
     const Mat3<Complex> x = couplings.x.cast<Complex>() + Complex(0, 1) * quadrature.cast<Complex>();
-    if (!(std::abs(x.determinant()) > 1e-6 * std::pow(std::hypot(couplings.x.norm(), quadrature.norm()), 3))) {
-        throw InputError(place.str() +
-                         ": the couplings are zero or have rank below three: a coil or a channel was dead; remove the line");
-    }
+    refuse_if(!(std::abs(x.determinant()) > 1e-6 * std::pow(std::hypot(couplings.x.norm(), quadrature.norm()), 3)),
+              "{}: the couplings are zero or have rank below three: a coil or a channel was dead; remove the line", place);
 }
 
 }  // namespace tricoil::host

@@ -14,18 +14,15 @@ void refuse_repeated(const std::vector<std::string>& paths) {
     for (const std::string& path : paths) {
         std::error_code error;
         const auto canonical = std::filesystem::weakly_canonical(path, error).string();
-        if (!seen.insert(error ? path : canonical).second) {
-            throw InputError(path + ": given twice; give each file once");
-        }
+        refuse_if(!seen.insert(error ? path : canonical).second, "{}: given twice; give each file once", path);
     }
 }
 
 void refuse_input_as_output(const std::string& option, const std::string& output, const std::vector<std::string>& inputs) {
     for (const std::string& input : inputs) {
         std::error_code error;
-        if (std::filesystem::equivalent(input, output, error)) {
-            throw InputError(fmt::format("{} {}: is also an input file; choose another file", option, output));
-        }
+        refuse_if(std::filesystem::equivalent(input, output, error), "{} {}: is also an input file; choose another file", option,
+                  output);
     }
 }
 

@@ -1,7 +1,10 @@
 // Exit codes and exceptions of host commands. main prints the text of an exception as one line.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <stdexcept>
+#include <utility>
 
 namespace tricoil::host {
 
@@ -16,6 +19,14 @@ class InputError : public std::invalid_argument {
 public:
     using std::invalid_argument::invalid_argument;
 };
+
+/// Throws InputError with this text if `is_wrong`.
+template <typename... Values>
+void refuse_if(bool is_wrong, fmt::format_string<Values...> text, Values&&... values) {
+    if (is_wrong) {
+        throw InputError(fmt::format(text, std::forward<Values>(values)...));
+    }
+}
 
 /// A file could not be read from its disk or device (exit code 3). One line that names the file.
 class ReadError : public std::runtime_error {

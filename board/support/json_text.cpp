@@ -50,6 +50,14 @@ std::string fill(const Json& values, std::string_view text) {
     return filled.append(text);
 }
 
+std::string warnings_text(const Json& result) {
+    std::string text;
+    for (const Json& warning : result["warnings"]) {
+        text += "warning: " + warning.get<std::string>() + "\n";
+    }
+    return text;
+}
+
 void print_result(const Json& result, bool as_json, std::string (*text_of)(const Json& result)) {
     print_text(as_json ? result.dump(2) + "\n" : text_of(result));
 }

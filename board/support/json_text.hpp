@@ -30,4 +30,28 @@ inline Json rows_of(const Mat3<double>& m) {
     return rows;
 }
 
+/// Sets `v` and returns true if `list` is a list of three numbers.
+inline bool read_list(const nlohmann::json& list, Vec3<double>& v) {
+    bool whole = list.is_array() && list.size() == 3;
+    for (std::size_t i = 0; i < 3 && whole; ++i) {
+        whole = list[i].is_number();
+        v(static_cast<Index>(i)) = whole ? list[i].get<double>() : 0;
+    }
+    return whole;
+}
+
+/// The same for a list of three rows.
+inline bool read_rows(const nlohmann::json& rows, Mat3<double>& m) {
+    bool whole = rows.is_array() && rows.size() == 3;
+    for (std::size_t i = 0; i < 3 && whole; ++i) {
+        Vec3<double> row;
+        whole = read_list(rows[i], row);
+        m.row(static_cast<Index>(i)) = row;
+    }
+    return whole;
+}
+
+/// A line for each of the "warnings" of a result.
+std::string warnings_text(const Json& result);
+
 }  // namespace tricoil::host

@@ -8,9 +8,7 @@ namespace tricoil::host {
 
 LineReader::LineReader(const std::string& path) : path_(path) {
     std::error_code error;
-    if (std::filesystem::is_directory(path, error)) {
-        throw InputError(path + ": is a folder; name a file");
-    }
+    refuse_if(std::filesystem::is_directory(path, error), "{}: is a folder; name a file", path);
     file_.open(path, std::ios::binary);
     if (!file_) {
         throw InputError(path + ": cannot be opened; check the path and its permissions");
@@ -26,13 +24,11 @@ bool LineReader::next(std::string& line) {
     try {
         for (int c = bytes.sbumpc(); c != '\n'; c = bytes.sbumpc()) {
             if (c == std::char_traits<char>::eof()) {
-                cut_ = !line.empty();
-                line_ += cut_ ? 1U : 0U;
-                return cut_;
+                cut_ = true;
+                break;
             }
             if (line.size() == kLongestLine) {
-                throw InputError(path_ + ":" + std::to_string(line_ + 1) +
-                                 ": the line is longer than 1 MiB; a text file is needed");
+                throw InputError(fmt::format("{}:{}: the line is longer than 1 MiB; a text file is needed", path_, line_ + 1));
             }
             line += static_cast<char>(c);
         }
@@ -40,8 +36,13 @@ bool LineReader::next(std::string& line) {
         throw ReadError(path_ + ":" + std::to_string(line_ + 1) + ": cannot be read to its end (" + failure.code().message() +
                         "); check the disk");
     }
+    if (cut_ && line.empty()) {
+        cut_ = false;
+        return false;
+    }
     ++line_;
     read_bytes_ += line.size() + 1;
+    refuse_if(line.find('\0') != std::string::npos, "{}:{}: binary data; a text file is needed", path_, line_);
     return true;
 }
 
@@ -55,12 +56,7 @@ std::string read_text(const std::string& path, std::size_t most_bytes) {
     for (std::string line; reader.next(line);) {
         text += line;
         text += reader.was_cut() ? "" : "\n";
-        if (text.size() > most_bytes) {
-            throw InputError(path + ": is longer than " + std::to_string(most_bytes) + " bytes; is it the right file?");
-        }
-        if (line.find('\0') != std::string::npos) {
-            throw InputError(path + ":" + std::to_string(reader.line()) + ": binary data; a text file is needed");
-        }
+        refuse_if(text.size() > most_bytes, "{}: is longer than {} bytes; is it the right file?", path, most_bytes);
     }
     return text;
 }

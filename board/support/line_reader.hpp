@@ -16,7 +16,7 @@ public:
     explicit LineReader(const std::string& path);
 
     /// The next line, without its line feed; false at the end. Throws ReadError if the disk or device fails, InputError for a
-    /// line that is longer than kLongestLine.
+    /// line that is longer than kLongestLine or has a zero byte.
     bool next(std::string& line);
 
     /// Part of the file that was read, 0 to 1; 1 if its size is unknown.

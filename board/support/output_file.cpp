@@ -28,13 +28,14 @@ constexpr fs::perms kAnyWrite = fs::perms::owner_write | fs::perms::group_write 
 /// Flushes the folder, so that a renamed file survives a power failure. Errors are ignored: some file systems do not support it.
 void sync_folder_of(const fs::path& place) {
     const fs::path folder = place.has_parent_path() ? place.parent_path() : fs::path(".");
-    const drivers::FileDescriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (descriptor.get() >= 0) {
-        (void)::fsync(descriptor.get());
-    }
+    (void)::fsync(open_folder(folder).get());
 }
 
 }  // namespace
+
+drivers::FileDescriptor open_folder(const fs::path& folder) {
+    return drivers::FileDescriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+}
 
 fs::path without_links(const fs::path& path) {
     fs::path place = path;

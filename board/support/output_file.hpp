@@ -47,6 +47,9 @@ void write_private_file(const std::filesystem::path& path, std::string_view text
 /// Throws InputError if `path` is an existing file without write permission, also for root.
 void refuse_write_protected(const std::filesystem::path& path);
 
+/// Not open if there is no such folder.
+drivers::FileDescriptor open_folder(const std::filesystem::path& folder);
+
 /// Target of symbolic links; the target file need not exist. Throws InputError for unresolvable links.
 std::filesystem::path without_links(const std::filesystem::path& path);
 

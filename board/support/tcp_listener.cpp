@@ -56,9 +56,7 @@ TcpAddress parse_tcp_address(const std::string& option, const std::string& text)
             address.host = address.host.substr(1, address.host.size() - 2);
         }
     }
-    if (!number_from<std::uint16_t>(address.port)) {
-        throw InputError(fmt::format("{} {}: needs a port number up to 65535, or ADDRESS:PORT", option, text));
-    }
+    refuse_if(!number_from<std::uint16_t>(address.port), "{} {}: needs a port number up to 65535, or ADDRESS:PORT", option, text);
     return address;
 }
 

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 
 #include "board/support/errors.hpp"
 
@@ -140,6 +141,25 @@ void print_error(std::string_view program, std::string_view text) {
     std::string line = terminal_text(text);
     std::replace(line.begin(), line.end(), '\n', ' ');
     put((has_colours(stderr) ? painted(label, Colour::red) : label) + " " + line + "\n", stderr);
+}
+
+int exit_code_of(std::string_view program, const std::function<int()>& run) {
+    const auto report = [&](int code, const char* line) {
+        print_error(program, line);
+        return code;
+    };
+    try {
+        return run();
+    } catch (const std::invalid_argument& error) {
+        return report(to_int(ExitCode::bad_input), error.what());
+    } catch (const Interrupted& interrupt) {
+        return report(interrupt.exit_code(), interrupt.what());
+    } catch (const std::bad_alloc&) {
+        return report(to_int(ExitCode::device_error), "out of memory; the input is too large for this machine");
+    } catch (const std::exception& error) {
+        constexpr int kSignalled = 128;  // the exit code is this plus the signal number
+        return reader_is_gone() ? kSignalled + SIGPIPE : report(to_int(ExitCode::device_error), error.what());
+    }
 }
 
 bool draw_status_line(std::FILE* terminal, std::string_view text) {

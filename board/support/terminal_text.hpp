@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -32,6 +33,9 @@ void print_hint(std::string_view text);
 void print_detail(std::string_view text);
 /// Prints "PROGRAM: TEXT" as a line to standard error.
 void print_error(std::string_view program, std::string_view text);
+
+/// main() of a program: runs it, and prints an exception as one line. Returns the exit code.
+int exit_code_of(std::string_view program, const std::function<int()>& run);
 
 /// Draws a line of progress on a terminal in place of the last one. Text that is printed later replaces it; an empty text removes
 /// it. Returns false if the terminal is closed.

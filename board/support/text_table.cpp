@@ -36,9 +36,6 @@ std::vector<std::string> read_lines(const std::string& path) {
     std::vector<std::string> lines;
     std::size_t bytes = 0;
     for (std::string line; reader.next(line);) {
-        if (line.find('\0') != std::string::npos) {
-            throw InputError(TextPlace{path, reader.line()}.str() + ": binary data; a text file is needed");
-        }
         bytes += line.size();
         if (bytes > kMaxBytes || lines.size() == kMaxLines) {
             throw InputError(TextPlace{path, reader.line()}.str() +
@@ -49,9 +46,7 @@ std::vector<std::string> read_lines(const std::string& path) {
         }
         lines.push_back(line);
     }
-    if (lines.empty()) {
-        throw InputError(path + ": is empty");
-    }
+    refuse_if(lines.empty(), "{}: is empty", path);
     return lines;
 }
 

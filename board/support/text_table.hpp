@@ -1,6 +1,8 @@
 // Strict reader for text files of numbers. Every error message names file and line.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cstddef>
 #include <optional>
@@ -36,3 +38,10 @@ std::optional<Number> number_from(std::string_view text, Base... base) {
 double parse_number(std::string_view field, const TextPlace& place);
 
 }  // namespace tricoil::host
+
+template <>
+struct fmt::formatter<tricoil::host::TextPlace> : fmt::formatter<std::string> {
+    auto format(const tricoil::host::TextPlace& place, fmt::format_context& context) const {
+        return fmt::formatter<std::string>::format(place.str(), context);
+    }
+};

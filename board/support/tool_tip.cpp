@@ -46,12 +46,9 @@ ToolTip parse_tip(const std::string& text) {
     for (std::size_t i = 0; i < 3; ++i) {
         tip.tip_m(static_cast<Index>(i)) = parse_all<double>(fields[i], text);
     }
-    if (tip.sensor >= tracking::kMaxSensors) {
-        throw InputError(fmt::format("--tip {}: the sensor must be 0 to {}", text, tracking::kMaxSensors - 1));
-    }
-    if (!tip.tip_m.allFinite() || tip.tip_m.cwiseAbs().maxCoeff() > kLongestTip_m) {
-        throw InputError("--tip " + text + ": must lie within 100 m of the sensor");
-    }
+    refuse_if(tip.sensor >= tracking::kMaxSensors, "--tip {}: the sensor must be 0 to {}", text, tracking::kMaxSensors - 1);
+    refuse_if(!tip.tip_m.allFinite() || tip.tip_m.cwiseAbs().maxCoeff() > kLongestTip_m,
+              "--tip {}: must lie within 100 m of the sensor", text);
     return tip;
 }
 
@@ -71,17 +68,13 @@ std::string to_toml(const ToolTip& tip) {
 
 ToolTip read_tip(const std::string& path) {
     const toml::table root = parse_toml(path, read_text(path, kLongestToml));
-    if (root["kind"].value_or(std::string()) != "tip") {
-        throw InputError(path + ": is not a tip; write it with tricoil calibrate pivot");
-    }
+    refuse_if(root["kind"].value_or(std::string()) != "tip", "{}: is not a tip; write it with tricoil calibrate pivot", path);
     CheckedTable table(path, "", root);
     table.require(table.number("version", 0) == 1, "version", "must be 1; calibrate again with this program");
     (void)table.text("kind", "");
     ToolTip tip;
     tip.sensor = static_cast<std::uint8_t>(table.whole("sensor", 0, tracking::kMaxSensors - 1));
-    if (!table.has("tip_m")) {
-        throw InputError(path + ": 'tip_m' is missing; the file is not complete: calibrate again");
-    }
+    refuse_if(!table.has("tip_m"), "{}: 'tip_m' is missing; the file is not complete: calibrate again", path);
     tip.tip_m = table.vector("tip_m", tip.tip_m);
     table.require(tip.tip_m.cwiseAbs().maxCoeff() <= kLongestTip_m, "tip_m", "must lie within 100 m of the sensor");
     tip.covariance_m2 = table.matrix("covariance_m2", tip.covariance_m2);
@@ -94,9 +87,7 @@ ToolTip read_tip(const std::string& path) {
 ToolTips::ToolTips(const std::vector<std::string>& texts) {
     for (const std::string& text : texts) {
         const ToolTip tip = parse_tip(text);
-        if (has(tip.sensor)) {
-            throw InputError(fmt::format("--tip {}: sensor {} has a tip already", text, tip.sensor));
-        }
+        refuse_if(has(tip.sensor), "--tip {}: sensor {} has a tip already", text, tip.sensor);
         set(tip);
     }
 }

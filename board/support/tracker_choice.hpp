@@ -50,6 +50,9 @@ inline std::vector<std::string> names_of_methods() {
 }
 inline const std::vector<std::string> kTrackerNames = names_of_methods();
 
+/// Name in a choice of --tracker, which a comma and a key may follow.
+inline std::string name_of_choice(const std::string& typed) { return typed.substr(0, typed.find(',')); }
+
 /// Integer trackers, in the order of fixed::Method.
 inline const std::vector<std::string> kFixedTrackerNames{"fixed-direct", "fixed-previous"};
 
@@ -64,18 +67,15 @@ inline std::optional<fixed::Method> fixed_method(const std::string& typed) {
 
 /// Throws InputError for an integer tracker. Only a simulated run (tricoil run, without a device) supports these trackers.
 inline void refuse_fixed_method(const std::string& typed) {
-    if (fixed_method(typed)) {
-        throw InputError("--tracker " + typed +
-                         ": computes poses from samples, which only tricoil run with a simulated board has; use direct, previous "
-                         "or scaat for columns");
-    }
+    refuse_if(fixed_method(typed).has_value(),
+              "--tracker {}: computes poses from samples, which only tricoil run with a simulated board has; use direct, "
+              "previous or scaat for columns",
+              typed);
 }
 
 /// Throws InputError with the reason for the tracker that needs columns of two bands.
 inline void refuse_dual_band(const tracking::MethodParams<double>& method, const std::string& reason) {
-    if (std::holds_alternative<tracking::DualBandParams>(method)) {
-        throw InputError("--tracker dual-band: " + reason);
-    }
+    refuse_if(std::holds_alternative<tracking::DualBandParams>(method), "--tracker dual-band: {}", reason);
 }
 
 /// Longest prediction. Beyond it, hand motions leave no valid pose: the standard deviation exceeds its limit.
@@ -83,16 +83,24 @@ constexpr double kMaxPredictionS = 0.1;
 
 /// Time of --predict with this tracker. Throws InputError.
 inline Microseconds prediction_of_option(const std::string& tracker, double seconds) {
-    if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
-        throw InputError(fmt::format("--predict {}: must be a number of seconds, 0 to {}", seconds, kMaxPredictionS));
-    }
-    if (seconds > 0 && !tracker.starts_with("scaat") && !tracker.starts_with("dual-band")) {
-        throw InputError("--predict: --tracker " + tracker + " estimates no velocity; use --tracker scaat or dual-band");
-    }
+    refuse_if(!(seconds >= 0 && seconds <= kMaxPredictionS), "--predict {}: must be a number of seconds, 0 to {}", seconds,
+              kMaxPredictionS);
+    const std::string name = name_of_choice(tracker);
+    refuse_if(seconds > 0 && name != "scaat" && name != "dual-band",
+              "--predict: --tracker {} estimates no velocity; use --tracker scaat or dual-band", tracker);
     return microseconds_from_seconds(seconds);
 }
 
-/// Poses are delivered by this time ahead. Throws InputError if the method has no filter.
+/// True for the methods with a filter.
+inline bool estimates_velocity(const tracking::MethodParams<double>& method) {
+    return std::visit(
+        [](const auto& params) {
+            return requires { params.predict_ahead; };
+        },
+        method);
+}
+
+/// Poses are delivered by this time ahead, from a filter. Throws InputError if the method has no filter.
 inline void set_prediction(tracking::MethodParams<double>& method, Microseconds ahead) {
     const auto set = [&](auto& params) {
         if constexpr (requires { params.predict_ahead; }) {
@@ -110,19 +118,16 @@ inline void set_prediction(tracking::MethodParams<double>& method, Microseconds 
 /// Method named by --tracker, with default parameters; `scaat,predict_s=SECONDS`: with prediction; `dual-band,predict_s=SECONDS`:
 /// with a filter and prediction. Throws InputError for an unknown name.
 inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
-    const std::size_t comma = std::min(typed.find(','), typed.size());
-    const std::string name = typed.substr(0, comma);
+    const std::string name = name_of_choice(typed);
     refuse_fixed_method(name);
     std::vector<std::string> names = kTrackerNames;
     names.insert(names.end(), kFixedTrackerNames.begin(), kFixedTrackerNames.end());
     tracking::MethodParams<double> method = kMethods[index_of_name("--tracker", name, names)].params;
-    if (comma < typed.size()) {
+    if (const std::string behind = typed.substr(name.size()); !behind.empty()) {
         constexpr std::string_view kKey = ",predict_s=";
-        const bool is_key = typed.compare(comma, kKey.size(), kKey) == 0;
-        const double seconds = is_key ? number_from<double>(typed.substr(comma + kKey.size())).value_or(-1) : -1;
-        if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
-            throw InputError("--tracker " + typed + ": only predict_s=SECONDS may follow the name, 0 to 0.1");
-        }
+        const double seconds = behind.starts_with(kKey) ? number_from<double>(behind.substr(kKey.size())).value_or(-1) : -1;
+        refuse_if(!(seconds >= 0 && seconds <= kMaxPredictionS),
+                  "--tracker {}: only predict_s=SECONDS may follow the name, 0 to 0.1", typed);
         set_prediction(method, microseconds_from_seconds(seconds));
     }
     return method;

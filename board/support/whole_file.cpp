@@ -1,6 +1,5 @@
 #include "board/support/whole_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -23,14 +22,10 @@ void sweep(const fs::path& target) {
         if (!entry.path().filename().string().starts_with(kStagingPrefix) || entry.is_symlink(ignored)) {
             continue;
         }
-        const int folder = ::open(entry.path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-        if (folder < 0) {
-            continue;
-        }
-        if (::flock(folder, LOCK_EX | LOCK_NB) == 0) {
+        const drivers::FileDescriptor folder = open_folder(entry.path());
+        if (folder.is_open() && ::flock(folder.get(), LOCK_EX | LOCK_NB) == 0) {
             fs::remove_all(entry.path(), ignored);
         }
-        ::close(folder);
     }
 }
 
@@ -43,9 +38,7 @@ void write_whole_file(const fs::path& path, const std::string& text) {
 }
 
 StagedFolder::StagedFolder(const fs::path& target) {
-    if (target.empty()) {
-        throw InputError("the name of the output folder is empty; name a folder, or . for this one");
-    }
+    refuse_if(target.empty(), "the name of the output folder is empty; name a folder, or . for this one");
     target_ = fs::absolute(target).lexically_normal();
     if (!target_.has_filename()) {
         target_ = target_.parent_path();  // removes a trailing slash
@@ -68,8 +61,8 @@ StagedFolder::StagedFolder(const fs::path& target) {
         }
         throw InputError(fmt::format("cannot write into output folder {}: {}; choose another", target.string(), error.message()));
     }
-    lock_ = ::open(staging_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    ::flock(lock_, LOCK_EX | LOCK_NB);
+    lock_ = open_folder(staging_);
+    ::flock(lock_.get(), LOCK_EX | LOCK_NB);
 }
 
 void StagedFolder::publish() {
@@ -82,9 +75,8 @@ void StagedFolder::publish() {
         const fs::path to = target_ / entry.path().filename();
         std::error_code error;
         const fs::file_status status = fs::status(to, error);
-        if (fs::exists(status) && !fs::is_regular_file(status)) {
-            throw InputError(fmt::format("cannot write {}: not a regular file; remove it", to.string()));
-        }
+        refuse_if(fs::exists(status) && !fs::is_regular_file(status), "cannot write {}: not a regular file; remove it",
+                  to.string());
         refuse_write_protected(to);
         moves.push_back({entry.path(), without_links(to)});
     }
@@ -101,9 +93,6 @@ void StagedFolder::publish() {
 StagedFolder::~StagedFolder() {
     std::error_code ignored;
     fs::remove_all(staging_, ignored);
-    if (lock_ >= 0) {
-        ::close(lock_);
-    }
     if (created_target_ && !published_) {
         fs::remove(target_, ignored);  // only if it is empty
     }

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "drivers/posix/file_descriptor.hpp"
+
 namespace tricoil::host {
 
 /// Writes `text` through an OutputFile and throws like it.
@@ -29,7 +31,7 @@ public:
 private:
     std::filesystem::path target_;
     std::filesystem::path staging_;
-    int lock_ = -1;  // descriptor of the staging folder
+    drivers::FileDescriptor lock_;  // the staging folder
     bool created_target_ = false;
     bool published_ = false;
 };

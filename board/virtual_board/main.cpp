@@ -17,6 +17,7 @@
 #include "board/support/nearest_name.hpp"
 #include "board/support/sim_input/fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/text_table.hpp"
 #include "board/support/whole_file.hpp"
 #include "board/virtual_board/board_fault_text.hpp"
@@ -73,12 +74,10 @@ CanWire::Rates parse_can_rate(const std::string& text) {
     const auto slash = text.find('/');
     const unsigned nominal = host::number_from<unsigned>(text.substr(0, slash)).value_or(0);
     const unsigned data = slash == std::string::npos ? nominal : host::number_from<unsigned>(text.substr(slash + 1)).value_or(0);
-    if (nominal < kLowestHz || nominal > kHighestNominalHz || data < nominal || data > kHighestDataHz) {
-        throw host::InputError(
-            "--can-rate '" + text +
-            "': give NOMINAL or NOMINAL/DATA in bit/s: NOMINAL 10000 to 1000000, DATA up to 8000000, for example "
-            "500000/2000000");
-    }
+    host::refuse_if(nominal < kLowestHz || nominal > kHighestNominalHz || data < nominal || data > kHighestDataHz,
+                    "--can-rate '{}': give NOMINAL or NOMINAL/DATA in bit/s: NOMINAL 10000 to 1000000, DATA up to 8000000, for "
+                    "example 500000/2000000",
+                    text);
     return {static_cast<double>(nominal), static_cast<double>(data)};
 }
 
@@ -123,10 +122,8 @@ void load_flash(VirtualBoard& board, const std::string& path) {
         return;
     }
     const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
-    if (bytes.size() != board.flash.content().size()) {
-        throw host::InputError(fmt::format("{}: a copy of flash bank 2 has {} bytes; this file has another size", path,
-                                           board.flash.content().size()));
-    }
+    host::refuse_if(bytes.size() != board.flash.content().size(),
+                    "{}: a copy of flash bank 2 has {} bytes; this file has another size", path, board.flash.content().size());
     board.flash.content() = bytes;
 }
 
@@ -260,16 +257,13 @@ int run(const Options& options) {
         fmt::print("{}", register_list(host::load_scenario(options.scenario, options.seed)));
         return 0;
     }
-    if (options.image.empty()) {
-        throw host::InputError("image is missing; give a raw .bin for flash address 0x08000000");
-    }
+    host::refuse_if(options.image.empty(), "image is missing; give a raw .bin for flash address 0x08000000");
     (void)host::index_of_name("--pace", options.pace, {"auto", "real", "fast"});
     if (!(options.duration_s >= 0 && options.duration_s <= kEndlessS)) {  // also refuses nan
         throw host::InputError(fmt::format("--duration must be a number of seconds up to {}; 0 runs until a signal", kEndlessS));
     }
-    if (!(std::abs(options.warmer_k) <= kLargestChangeK)) {
-        throw host::InputError(fmt::format("--warmer must be a change of temperature of at most {} K", kLargestChangeK));
-    }
+    host::refuse_if(!(std::abs(options.warmer_k) <= kLargestChangeK), "--warmer must be a change of temperature of at most {} K",
+                    kLargestChangeK);
     Run run(options);
     run.go();
     const std::string text = run.report().dump(2) + "\n";
@@ -319,24 +313,17 @@ int main_program(int argc, char** argv) {
     return host::parse_command_line(program, argc, argv) ? run(o) : to_int(host::ExitCode::fine);
 }
 
-int print_error(const std::exception& error, host::ExitCode code) {
-    fmt::print(stderr, "tricoil-virtual-board: {}\n", error.what());
-    return to_int(code);
-}
-
 }  // namespace
 }  // namespace tricoil::virtual_board
 
 int main(int argc, char** argv) {
-    using tricoil::host::ExitCode;
-    using tricoil::virtual_board::print_error;
-    try {
-        return tricoil::virtual_board::main_program(argc, argv);
-    } catch (const std::invalid_argument& error) {
-        return print_error(error, ExitCode::bad_input);
-    } catch (const tricoil::virtual_board::RunFailure& error) {
-        return print_error(error, ExitCode::check_failed);
-    } catch (const std::exception& error) {
-        return print_error(error, ExitCode::device_error);
-    }
+    constexpr const char* kName = "tricoil-virtual-board";
+    return tricoil::host::exit_code_of(kName, [&] {
+        try {
+            return tricoil::virtual_board::main_program(argc, argv);
+        } catch (const tricoil::virtual_board::RunFailure& error) {
+            tricoil::host::print_error(kName, error.what());
+            return to_int(tricoil::host::ExitCode::check_failed);
+        }
+    });
 }

@@ -16,6 +16,12 @@ public:
         }
     }
 
+    /// The flags of `known` whose bits are set in `bits`.
+    static constexpr FlagSet of_bits(std::uint32_t bits, FlagSet known) {
+        known.bits_ &= bits;
+        return known;
+    }
+
     constexpr void set(Enum flag) { bits_ |= bit(flag); }
     constexpr void clear(Enum flag) { bits_ &= ~bit(flag); }
     constexpr void set_if(bool condition, Enum flag) { bits_ |= condition ? bit(flag) : 0U; }

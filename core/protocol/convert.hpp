@@ -78,9 +78,7 @@ template <typename Scalar>
     e.sequence = m.sequence;
     e.time = device_time_us(m.time_us);
     e.state = static_cast<tracking::TrackerState>(m.tracker_state);
-    for (int bit = 0; bit <= static_cast<int>(tracking::PoseFlag::columns_missing); ++bit) {
-        e.flags.set_if((m.flags >> bit & 1) != 0, static_cast<tracking::PoseFlag>(bit));
-    }
+    e.flags = tracking::PoseFlags::of_bits(m.flags, tracking::kAllPoseFlags);
     for (std::size_t i = 0; i < 3; ++i) {
         e.position_m[static_cast<Index>(i)] = static_cast<Scalar>(m.position[i] / kPositionPerMetre);
     }
@@ -144,9 +142,7 @@ template <typename Scalar>
     c.midpoint = device_time_us(m.time_us);
     c.gain_step = static_cast<std::uint8_t>(m.flags >> kGainStepBit);
     c.level = m.level;
-    for (int bit = 0; bit <= static_cast<int>(ColumnFlag::low_band); ++bit) {
-        c.flags.set_if((m.flags >> bit & 1) != 0, static_cast<ColumnFlag>(bit));
-    }
+    c.flags = ColumnFlags::of_bits(m.flags, kAllColumnFlags);
     for (std::size_t i = 0; i < 3; ++i) {
         const auto k = static_cast<Index>(i);
         c.in_phase[k] = static_cast<Scalar>(m.in_phase[i]);

@@ -29,8 +29,7 @@ struct Gains {
 
 template <typename Scalar>
 RigidPose<Scalar> pose_of(const DirectSolution<Scalar>& solution, const Vec3<Scalar>& towards) {
-    const Scalar side = solution.direction.dot(towards) < 0 ? Scalar(-1) : Scalar(1);
-    return {side * solution.range_m * solution.direction, geometry::attitude_quaternion(solution.attitude)};
+    return {solution.position_towards(towards), geometry::attitude_quaternion(solution.attitude)};
 }
 
 template <typename Scalar>

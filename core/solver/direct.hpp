@@ -15,6 +15,11 @@ struct DirectSolution {
     Mat3<Scalar> attitude;   // O: source components to sensor components; a proper rotation only if right_handed
     Scalar misfit_squared;   // squared Frobenius distance of X to the nearest dipole matrix: 3 degrees of freedom
     bool right_handed;       // det X > 0; otherwise a coil is reversed or two are swapped
+
+    /// Position in the half space towards `side`, source frame.
+    [[nodiscard]] Vec3<Scalar> position_towards(const Vec3<Scalar>& side) const {
+        return (direction.dot(side) < 0 ? -range_m : range_m) * direction;
+    }
 };
 
 /// Uses singular values and vectors of X (von Neumann's trace inequality; cf. Kim, Song, Park, IEEE TIE 65(5), 2018).

@@ -46,8 +46,7 @@ Pose solve(const Mat3<double>& x, const Vec3<double>& true_position_m) {
     if (!solution.ok()) {
         throw std::invalid_argument(fmt::format("TDM experiment: {}", solution.status().message()));
     }
-    const double sign = std::copysign(1.0, solution->direction.dot(true_position_m));
-    return {sign * solution->range_m * solution->direction, geometry::attitude_quaternion(solution->attitude)};
+    return {solution->position_towards(true_position_m), geometry::attitude_quaternion(solution->attitude)};
 }
 
 double correlation(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {

@@ -53,6 +53,24 @@ TEST_F(Pointer, TipIsThatOfTheScenarioFromEveryKindOfFile) {
     }
 }
 
+TEST_F(Pointer, PosesHaveTheUnitThatTheyName) {
+    for (const std::string format : {"csv", "jsonl"}) {
+        const std::string metres = path_in_temp("pointer_m." + format);
+        ASSERT_EQ(tricoil("convert " + kTake + " --to " + format + " --out " + metres).exit_code, 0);
+        for (const std::string unit : {"mm", "in"}) {
+            const std::string poses = path_in_temp("pointer_" + unit + "." + format);
+            ASSERT_EQ(tricoil("convert " + kTake + " --to " + format + " --units " + unit + " --out " + poses).exit_code, 0);
+            const auto r = tricoil("calibrate pivot --json " + poses);
+            ASSERT_EQ(r.exit_code, 0) << r.err;
+            const auto expected = tricoil("calibrate pivot --json " + metres).json();
+            for (int axis = 0; axis < 3; ++axis) {
+                EXPECT_NEAR(r.json()["tip_m"][axis].get<double>(), expected["tip_m"][axis].get<double>(), 1e-9);
+                EXPECT_NEAR(r.json()["tip_std_m"][axis].get<double>(), expected["tip_std_m"][axis].get<double>(), 1e-9);
+            }
+        }
+    }
+}
+
 /// All poses of the tip are at the pivot, and their standard deviations are those of the tip.
 TEST_F(Pointer, TipAppliesToTheCsv) {
     const std::string out = path_in_temp("at_tip.csv");
@@ -102,7 +120,8 @@ TEST_F(Pointer, FilesWithoutPosesAreNamed) {
         const std::string path = write_file("poses.txt", text);
         expect_pivot_refused("calibrate pivot " + path, path + what);
     };
-    refuse("x_mm,y_mm\n1,2\n", ":1: no column x_m");
+    refuse("x_ft,y_ft\n1,2\n", ":1: no column x_m");
+    refuse("x_mm,y_mm\n1,2\n", ":1: no column z_mm");
     refuse(head + "0,1,0\n", ":2: 3 fields; the header has 15");
     refuse(head + good + "0,1,0,0,x,1,0,0,0,1,1,1,1,1,1\n", ":3: 'x' is not a number");
     refuse(head + "0,1,0,0,0,2,0,0,0,1,1,1,1,1,1\n", ":2: quaternion has length 2.000");

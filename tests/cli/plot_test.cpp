@@ -52,6 +52,27 @@ TEST_F(Plot, ACsvFileOfASimulationShowsErrorsToo) {
     EXPECT_EQ(svg_of(plain), svg_of(kTake));
 }
 
+TEST_F(Plot, ATableHasTheUnitOfItsHeader) {
+    for (const std::string unit : {"mm", "cm", "in"}) {
+        const std::string table = path_in_temp("plotted_" + unit + ".csv");
+        ASSERT_EQ(tricoil("convert " + kTake + " --to csv --units " + unit + " --out " + table).exit_code, 0);
+        const std::string svg = svg_of(table);
+        EXPECT_THAT(svg, HasSubstr("y (" + unit + ")"));
+        EXPECT_EQ(svg, svg_of(kTake + " --units " + unit));
+    }
+}
+
+/// The drawing program reads the user's file itself: no file as large as that is written.
+TEST_F(Plot, ATableIsNotCopied) {
+    std::string text = "time_s,x_m,y_m,z_m,note\n";
+    for (int n = 0; n < 1000; ++n) {
+        text += std::to_string(n) + ",0,0,0," + std::string(1000, 'n') + "\n";
+    }
+    const auto r = tricoil("plot " + write_file("long.csv", text) + " --out -", "ulimit -f 800");
+    EXPECT_EQ(r.exit_code, 0) << r.err;
+    EXPECT_TRUE(r.out.ends_with("</svg>\n"));
+}
+
 /// A curve is interrupted where there are no valid poses: the sensor was unplugged for a second.
 TEST_F(Plot, InvalidPosesAreNotDrawn) {
     const std::string whole = path_in_temp("whole.csv");
@@ -88,7 +109,8 @@ TEST_F(Plot, BadInputIsNamed) {
         expect_plot_refused(path + " --out " + out, path + what);
         EXPECT_FALSE(fs::exists(out));
     };
-    refuse("time_s,x_mm,y_mm,z_mm\n0,1,2,3\n", ":2: x_m is missing; give the file of run --out in metres");
+    refuse("time_s,x_ft,y_ft,z_ft\n0,1,2,3\n", ":1: no column x_m; poses have x_m, y_m and z_m, or mm, cm or in instead of m");
+    refuse("time_s,x_mm,y_m,z_m\n0,1,2,3\n", ":2: y_mm is missing; give the file of run --out");
     refuse("x_m,y_m,z_m\n1,2,3\n", ":2: time_s is missing");
     refuse("time_s,x_m,y_m,z_m\n0,1,2\n", ":2: 3 fields; the header has 4");
     refuse("time_s,x_m,y_m,z_m\n0,1,2,x\n", ":2: 'x' is not a number");
@@ -97,7 +119,7 @@ TEST_F(Plot, BadInputIsNamed) {
     refuse("time_s,sensor,x_m,y_m,z_m\n0,9,1,2,3\n", ":2: sensor 9 must be 0 to 3");
     refuse("", ": is empty");
     expect_plot_refused(kCsv + " --out picture.pdf", "must end with .svg or .png");
-    expect_plot_refused("/nowhere", "/nowhere");
+    expect_plot_refused("/nowhere", "/nowhere: cannot be opened; check the path and its permissions");
 }
 
 }  // namespace

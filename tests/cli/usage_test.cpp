@@ -124,7 +124,7 @@ TEST(Usage, OptionsWithoutEffectAreRefused) {
                        "--tracker fixed-direct estimates no velocity; use --tracker scaat");
     expect_usage_error("run --duration 1 --tracker fixed-previous --record /tmp/r", "--record (use --samples)");
     expect_usage_error("run --duration 1 --samples /tmp/samples.bin", "--samples: only with --tracker fixed-direct");
-    expect_usage_error("run --duration 1 --tracker fixed-direct --samples /no/such/folder/f", "--samples /no/such/folder/f");
+    expect_usage_error("run --duration 1 --tracker fixed-direct --samples /no/such/folder/f", "cannot write /no/such/folder/f");
     for (const char* option : {"--tip 0.1,0,0", "--align 0,0,0,1,0,0,0,1,0", "--boresight", "--units mm", "--euler zyx"}) {
         expect_usage_error(std::string("run --duration 1 ") + option, "--out");
     }

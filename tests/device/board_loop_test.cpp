@@ -13,7 +13,7 @@ protected:
         params.session.host_drives_coils = false;
         params.session.hemisphere = Vec3<double>(0, 1e300, 0);
         params.session.confined = confined;
-        loop.emplace(port, HostLines{nullptr, nullptr, nullptr}, params,
+        loop.emplace(port, HostLines{nullptr, nullptr, nullptr}, params, tap,
                      [this](const tracking::PoseEstimate<double>& pose) { delivered_ = pose; });
     }
     void SetUp() override {

@@ -53,10 +53,11 @@ protected:
         make_loop();
     }
     void make_loop() {
-        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [this](const tracking::PoseEstimate<double>& pose) {
-            pose_ = pose;
-            without_side_ += side_is_unknown() ? 1 : 0;
-        });
+        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, tap,
+                     [this](const tracking::PoseEstimate<double>& pose) {
+                         pose_ = pose;
+                         without_side_ += side_is_unknown() ? 1 : 0;
+                     });
     }
 
     /// Sends a frame of three columns with device times shifted by `ahead_us`.

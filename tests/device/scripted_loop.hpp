@@ -107,7 +107,7 @@ class Loop : public ::testing::Test {
 protected:
     Loop() {
         params.session.host_drives_coils = true;
-        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [](const tracking::PoseEstimate<double>&) {});
+        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, tap, [](const tracking::PoseEstimate<double>&) {});
     }
     void SetUp() override {
         for (int n = 0; n < 5 && loop->session().phase() != Phase::running; ++n) {
@@ -139,6 +139,7 @@ protected:
     NotingCoils coils;
     CountingHeartbeat heartbeat;
     DeviceLoopParams params;
+    tracking::TrackerTap<double> tap;
     std::optional<DeviceLoop> loop;
     std::uint32_t next = 0;
 };

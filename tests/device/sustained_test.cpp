@@ -19,7 +19,8 @@ TEST(Sustained, LosesNothingAndTouchesNoHeap) {
                                    TRICOIL_FRONT_END, duration_s));
     drivers::CanPort port({"vcan0", 0, drivers::CanSide::host});
     std::uint64_t poses = 0;
-    linux_board::DeviceLoop loop(port, {}, {}, [&](const tracking::PoseEstimate<double>&) { ++poses; });
+    tracking::TrackerTap<double> no_tap;
+    linux_board::DeviceLoop loop(port, {}, {}, no_tap, [&](const tracking::PoseEstimate<double>&) { ++poses; });
     while (loop.session().phase() != linux_board::Phase::running) {
         loop.step();
     }

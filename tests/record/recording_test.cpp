@@ -12,6 +12,8 @@
 #include <fstream>
 #include <thread>
 
+#include "board/record/recorded_source.hpp"
+#include "board/record/recorder.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/support/instrumented.hpp"
 
@@ -130,6 +132,27 @@ TEST(Recording, AFullDiskEndsTheRecordingNotTheRun) {
     const auto replayed = tricoil("replay --json " + folder);
     EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
     EXPECT_GT(replayed.json()["equal"], 100U);
+}
+
+TEST(Recording, TimeGoesOnAfterARestartOfTheClock) {
+    const std::string folder = fresh_folder("restarted");
+    {
+        host::Recorder recorder(folder, {{"kind", "test"}}, host::Journal::WhenFull::wait);
+        for (const std::int64_t us :
+             {20'000'000, 25'000'000, 24'990'000, 0, 3'000'000}) {  // poses of a device, which began again
+            tracking::PoseEstimate<double> pose;
+            pose.time = device_time_us(us);
+            recorder.pose(pose);
+        }
+        EXPECT_EQ(recorder.close(), "");
+    }
+    tracking::TrackerTap<double> none;
+    host::RecordedSource recorded(host::Recording(folder), std::nullopt, none);
+    host::Source& source = recorded;
+    while (source.advance(Microseconds{})) {
+    }
+    EXPECT_EQ(recorded.played(), 5U);
+    EXPECT_EQ(source.elapsed(), Microseconds{8'000'000});
 }
 
 TEST(Recording, ConvertsToJsonLinesAndCsv) {

@@ -187,6 +187,22 @@ TEST(TextSource, WrongLinesOfAStreamAreCountedAndTheRunGoesOn) {
     EXPECT_THAT(piped.err, HasSubstr("tricoil: columns:-: line 36: state 7: must be a whole number from 0 to 3"));
 }
 
+/// All columns name the same coil.
+TEST(TextSource, ARunWithoutValidPosesSaysWhatToCheck) {
+    std::string rows = "time_us,state,in_phase_1,in_phase_2,in_phase_3,sigma\n";
+    for (int n = 0; n < 100; ++n) {
+        rows += std::to_string(1000 * n) + ",1,0.02,0.01,0.01,1e-6\n";
+    }
+    const std::string device = " --device columns:" + write_file("one_coil.csv", rows);
+    for (const char* form : {"run", "run --json", "run --json-lines -"}) {
+        const auto run = tricoil(form + device);
+        EXPECT_EQ(run.exit_code, 1) << form;
+        EXPECT_THAT(run.err, HasSubstr("one_coil.csv: no valid pose: do the times, state, mux and rate_hz")) << form;
+    }
+    const auto fine = tricoil("run --json --device couplings:" + couplings() + ",rate_hz=240,sigma=2e-6");
+    EXPECT_EQ(fine.err, "");
+}
+
 TEST(TextSource, AWrongLineOfAFileIsNamed) {
     const std::string names = "time_us,state,in_phase_1,in_phase_2,in_phase_3,sigma\n";
     for (const auto& [content, reason] : std::vector<std::pair<std::string, std::string>>{

@@ -140,6 +140,10 @@ TEST(Smoother, SettingsBecomeThoseOfAFilterWithoutPrediction) {
     const auto changed = std::get<tracking::ScaatParams<double>>(host::for_smoothing(settings).tracker.method);
     EXPECT_EQ(changed.predict_ahead, Microseconds{0});
     EXPECT_EQ(changed.gate, 25);
+    settings.tracker.method = tracking::DualBandParams{.filter = false, .predict_ahead = Microseconds{20'000}};
+    const auto bands = std::get<tracking::DualBandParams>(host::for_smoothing(settings).tracker.method);
+    EXPECT_TRUE(bands.filter);
+    EXPECT_EQ(bands.predict_ahead, Microseconds{0});
 }
 
 }  // namespace

@@ -189,15 +189,22 @@ protected:
     std::string path_ = test::path_in_temp("stream.csv");
 };
 
+TEST_F(StreamFile, LengthsHaveTheUnitOfTheHeader) {
+    std::string text = lines(30, -1, "");
+    text.replace(0, text.find('\n'), "time_s,x_in,y_in,z_in,qw,qx,qy,qz");
+    write(text);
+    EXPECT_NEAR(PoseStream::read(path_).poses().front().position_m.z(), 0.0254, 1e-15);
+}
+
 TEST_F(StreamFile, NamesErrorAndLine) {
     EXPECT_EQ(refusal(lines(30, -1, "")), "");
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0\n")).find(":7: 3 fields"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,nan,1,0,0,0\n")).find(":7"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.01,0,0,1,1,0,0,0\n")).find("time does not increase"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,1,2,0,0,0\n")).find("quaternion"), std::string::npos);
-    EXPECT_NE(refusal(lines(30, 5, "0.05,1e300,0,1,1,0,0,0\n")).find("metres"), std::string::npos);
+    EXPECT_NE(refusal(lines(30, 5, "0.05,1e300,0,1,1,0,0,0\n")).find("is its unit right"), std::string::npos);
     EXPECT_NE(refusal(lines(10, -1, "")).find("at least 20"), std::string::npos);
-    EXPECT_NE(refusal("a,b\n1,2\n").find("time_us"), std::string::npos);
+    EXPECT_NE(refusal("a,b\n1,2\n").find("no column x_m"), std::string::npos);
     EXPECT_NE(refusal("time_s,x_m,y_m\n1,2,3\n").find("z_m"), std::string::npos);
 }
 

@@ -73,18 +73,18 @@ public:
     CalibrationFit run() {
         start();
         solve(FitModel::concentric, kFirstLoss_m);
-        double loss_m = kLossMedians * median_norm_m();
+        double loss_m = loss_of(pose_norms());
         const auto last = static_cast<int>(options_.model);
         for (int stage = 0; stage <= last; ++stage) {
             for (int round = 0; round < 2; ++round) {
                 solve(static_cast<FitModel>(stage), loss_m);
-                loss_m = std::max(kLossMedians * median_norm_m(), 1e-9);
+                loss_m = loss_of(pose_norms());
             }
         }
         fits_stage_ = options_.stage != StageModel::ideal;
         for (int round = 0; round < 3 && fits_stage_; ++round) {
             solve(options_.model, loss_m);
-            loss_m = std::max(kLossMedians * median_norm_m(), 1e-9);
+            loss_m = loss_of(pose_norms());
         }
         return result();
     }
@@ -146,12 +146,10 @@ private:
         for (std::size_t i = 1; i < fixtures_.named.size(); ++i) {
             const double off = degrees_between(fixtures_.named[0].transpose() * mount_start_[0],
                                                fixtures_.named[i].transpose() * mount_start_[i]);
-            if (off > kNameTolerance_deg) {
-                throw InputError(
-                    fmt::format("the couplings show a rotation between the fixtures '{}' and '{}' that differs by {:.0f} deg "
-                                "from that in their names; correct the name, or leave out --fixtures named",
-                                fixtures_.sensor_names[0], fixtures_.sensor_names[i], off));
-            }
+            refuse_if(off > kNameTolerance_deg,
+                      "the couplings show a rotation between the fixtures '{}' and '{}' that differs by {:.0f} deg from that in "
+                      "their names; correct the name, or leave out --fixtures named",
+                      fixtures_.sensor_names[0], fixtures_.sensor_names[i], off);
         }
     }
 
@@ -296,8 +294,6 @@ private:
         }
         return norms;
     }
-
-    double median_norm_m() { return median(pose_norms()); }
 
     CalibrationFit result() {
         CalibrationFit fit;

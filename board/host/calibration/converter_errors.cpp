@@ -166,22 +166,18 @@ ConverterErrors rounded(const Eigen::VectorXd& solution) {
 
 /// Throws InputError if too few couplings fit, and if the errors are larger than those of sound converters.
 ConverterErrors errors_of(const std::vector<Equation>& equations) {
-    if (equations.size() < static_cast<std::size_t>(kUnknowns)) {
-        throw InputError(
-            fmt::format("{} couplings that fit the coils do not determine the errors of the converters; measure more poses",
-                        equations.size()));
-    }
+    refuse_if(equations.size() < static_cast<std::size_t>(kUnknowns),
+              "{} couplings that fit the coils do not determine the errors of the converters; measure more poses",
+              equations.size());
     const Eigen::VectorXd expected = expected_sizes();
     const double all = residual_rms(equations, Eigen::VectorXd::Zero(kUnknowns));
     const Eigen::VectorXd first = solve(equations, expected, all);
     const Eigen::VectorXd shares = solve(equations, expected, residual_rms(equations, expected.cwiseProduct(first)));
     const double gain = shares.segment(kGains, kJumps - kGains).cwiseAbs().maxCoeff();
     const double jump = shares.tail(kUnknowns - kJumps).cwiseAbs().maxCoeff();
-    if (!(gain <= kMostGain && jump <= kMostJump)) {
-        throw InputError(
-            "the errors of the converters are larger than those of sound converters; are all poses right, and measured with one "
-            "board in TDM?");
-    }
+    refuse_if(!(gain <= kMostGain && jump <= kMostJump),
+              "the errors of the converters are larger than those of sound converters; are all poses right, and measured with "
+              "one board in TDM?");
     return rounded(expected.cwiseProduct(shares));
 }
 
@@ -197,14 +193,11 @@ void for_each_coupling(const std::vector<PoseFile>& files, const Visit& visit) {
 void refuse_unknown_levels(const std::vector<PoseFile>& files) {
     for (const PoseFile& file : files) {
         for (const MeasuredPose& pose : file.poses) {
-            if (!pose.has_known_levels()) {
-                throw InputError(fmt::format(
-                    "{}:{}: the levels at the converters (a11 to a33) are not known; the line must come from tricoil convert "
-                    "--to rests, from a tracker board in TDM whose converters nothing has corrected; if the gain changed during "
-                    "this "
-                    "rest, remove the line",
-                    file.path, pose.line));
-            }
+            refuse_if(!pose.has_known_levels(),
+                      "{}:{}: the levels at the converters (a11 to a33) are not known; the line must come from tricoil convert "
+                      "--to rests, from a tracker board in TDM whose converters nothing has corrected; if the gain changed "
+                      "during this rest, remove the line",
+                      file.path, pose.line);
         }
     }
     if (const std::size_t poses = count_poses(files); poses < kFewestConverterPoses) {

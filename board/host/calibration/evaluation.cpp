@@ -49,11 +49,10 @@ const Rigid& fixture_of(const std::map<std::string, Rigid>& known, const std::st
 std::map<std::string, Vec3<double>> hemispheres_of(const CalibrationFile& calibration, const std::vector<PoseFile>& files) {
     std::map<std::string, Vec3<double>> sums;
     for (const PoseFile& file : files) {
-        const std::string name = source_fixture_name(file);
-        const Rigid& source = fixture_of(calibration.source_stage, name, "source", file);
-        const Rigid& mount = fixture_of(calibration.mount_sensor, sensor_fixture_name(file), "sensor", file);
+        const auto [source, mount] = fixtures_of(calibration, file);
         for (const MeasuredPose& pose : file.poses) {
-            sums.try_emplace(name, Vec3<double>::Zero()).first->second += true_pose(source, pose, mount).position_m.normalized();
+            sums.try_emplace(source_fixture_name(file), Vec3<double>::Zero()).first->second +=
+                true_pose(source, pose, mount).position_m.normalized();
         }
     }
     return sums;
@@ -64,7 +63,7 @@ Found solve_direct_pose(const calibration::Calibration<double>& c, const Mat3<do
     if (!solution.ok()) {
         throw InputError(place + ": " + solution.status().message());
     }
-    return {{position_towards(c.hemisphere, *solution), geometry::attitude_quaternion(solution->attitude)},
+    return {{solution->position_towards(c.hemisphere), geometry::attitude_quaternion(solution->attitude)},
             solution->right_handed,
             0,
             std::sqrt(solution->misfit_squared / 1.5) / solution->strength};
@@ -90,6 +89,11 @@ Mat3<double> stray_couplings(const CalibrationFile& calibration, const solver::R
 
 }  // namespace
 
+Fixtures fixtures_of(const CalibrationFile& calibration, const PoseFile& file) {
+    return {fixture_of(calibration.source_stage, source_fixture_name(file), "source", file),
+            fixture_of(calibration.mount_sensor, sensor_fixture_name(file), "sensor", file)};
+}
+
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                     EvaluationSolver solver) {
     std::vector<PoseFile> turned = files;
@@ -102,8 +106,7 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
     std::vector<EvaluatedPose> errors;
     for (std::size_t f = 0; f < turned.size(); ++f) {
         const PoseFile& file = turned[f];
-        const Rigid& source = fixture_of(calibration.source_stage, source_fixture_name(file), "source", file);
-        const Rigid& mount = fixture_of(calibration.mount_sensor, sensor_fixture_name(file), "sensor", file);
+        const auto [source, mount] = fixtures_of(calibration, file);
         c.hemisphere = hemispheres.at(source_fixture_name(file));
         for (const MeasuredPose& pose : file.poses) {
             const std::string place = fmt::format("{}:{}", file.path, pose.line);

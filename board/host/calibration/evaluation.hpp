@@ -22,9 +22,16 @@ struct EvaluatedPose {
     double misfit_share = 0;  // share of the couplings that the pose does not explain
 };
 
+struct Fixtures {
+    const Rigid& source_stage;
+    const Rigid& mount_sensor;
+};
+
+/// Of this file. Throws InputError, with the known names, for a fixture that the calibration lacks.
+Fixtures fixtures_of(const CalibrationFile& calibration, const PoseFile& file);
+
 /// Solves every pose without a start pose, in the hemisphere of the true positions of its source fixture. Poses that do not
-/// converge are marked. Throws InputError for a fixture that the calibration lacks (with the known names), or couplings without a
-/// pose.
+/// converge are marked. Throws InputError like fixtures_of(), and for couplings without a pose.
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                     EvaluationSolver solver);
 

@@ -25,35 +25,19 @@ constexpr double kMaxConcentricResidual = 0.3;  // share of the couplings; a lar
 constexpr double kMaxGeneralResidual = 0.05;    // the same for models with offsets, which usually leave a few per mille
 constexpr double kFixtureTolerance_deg = 5;
 
-constexpr std::array<const char*, kMagnetic> kParameterNames{"moment xx",
-                                                             "moment yy",
-                                                             "moment zz",
-                                                             "moment xy",
-                                                             "moment xz",
-                                                             "moment yz",
-                                                             "sensitivity xx",
-                                                             "sensitivity yy",
-                                                             "sensitivity xy",
-                                                             "sensitivity xz",
-                                                             "sensitivity yz",
-                                                             "source 1 x mm",
-                                                             "source 1 y mm",
-                                                             "source 1 z mm",
-                                                             "source 2 x mm",
-                                                             "source 2 y mm",
-                                                             "source 2 z mm",
-                                                             "sensor 1 x mm",
-                                                             "sensor 1 y mm",
-                                                             "sensor 1 z mm",
-                                                             "sensor 2 x mm",
-                                                             "sensor 2 y mm",
-                                                             "sensor 2 z mm",
-                                                             "source 1 octupole mm2",
-                                                             "source 2 octupole mm2",
-                                                             "source 3 octupole mm2",
-                                                             "sensor 1 octupole mm2",
-                                                             "sensor 2 octupole mm2",
-                                                             "sensor 3 octupole mm2"};
+/// Of a magnetic parameter, with its unit; in the order of fit_parameters.hpp.
+std::string name_of(std::size_t parameter) {
+    constexpr std::array<const char*, kSourceOffsets> kShapes{"xx", "yy", "zz", "xy", "xz", "yz", "xx", "yy", "xy", "xz", "yz"};
+    const auto k = static_cast<int>(parameter);
+    if (k < kSourceOffsets) {
+        return fmt::format("{} {}", k < kSensitivities ? "moment" : "sensitivity", kShapes[parameter]);
+    }
+    if (k < kOctupoles) {
+        const int n = (k - kSourceOffsets) % 6;
+        return fmt::format("{} {} {} mm", k < kSensorOffsets ? "source" : "sensor", n / 3 + 1, "xyz"[n % 3]);
+    }
+    return fmt::format("{} {} octupole mm2", k < kOctupoles + 3 ? "source" : "sensor", (k - kOctupoles) % 3 + 1);
+}
 
 /// Refuses files that were recorded with other coils, gains or mounts than the rest of the set.
 void refuse_mixed_sets(const std::vector<FileResidual>& files) {
@@ -67,12 +51,10 @@ void refuse_mixed_sets(const std::vector<FileResidual>& files) {
         const double rms = files[f].rms();
         const std::size_t outliers = files[f].poses - files[f].used;
         const bool worse = !others.empty() && rms > kMixedFactor * median(others) && rms > kMixedShare;
-        if (2 * outliers > files[f].poses || worse) {
-            throw InputError(
-                fmt::format("{}: {} of {} poses do not fit the model of the whole set (residual {:.2g} of the couplings); it "
-                            "was recorded with other coils, gains or mounting: calibrate it by itself",
-                            files[f].path, outliers, files[f].poses, rms));
-        }
+        refuse_if(2 * outliers > files[f].poses || worse,
+                  "{}: {} of {} poses do not fit the model of the whole set (residual {:.2g} of the couplings); it was recorded "
+                  "with other coils, gains or mounting: calibrate it by itself",
+                  files[f].path, outliers, files[f].poses, rms);
     }
 }
 
@@ -147,12 +129,10 @@ void check_residuals(const std::vector<FileResidual>& files, FitModel model, Cal
 void check_residuals_of_motion(const FileResidual& data, FitModel model, CalibrationFit& fit) {
     fit.residual_rms = data.rms();
     const std::size_t outliers = data.poses - data.used;
-    if (2 * outliers > data.poses || fit.residual_rms > kMaxGeneralResidual) {
-        throw InputError(
-            fmt::format("the model leaves {:.1f} % of the couplings unexplained, {} of {} column frames are outliers; causes: "
-                        "noise, motion within a column frame (see --column-skew), metal, or a gain that changed",
-                        100 * fit.residual_rms, outliers, data.poses));
-    }
+    refuse_if(2 * outliers > data.poses || fit.residual_rms > kMaxGeneralResidual,
+              "the model leaves {:.1f} % of the couplings unexplained, {} of {} column frames are outliers; causes: noise, "
+              "motion within a column frame (see --column-skew), metal, or a gain that changed",
+              100 * fit.residual_rms, outliers, data.poses);
     warn_of_unexplained(model, fit);
 }
 
@@ -164,19 +144,17 @@ void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {
     const Eigen::VectorXd deviation = deviations(estimate, eigen, norms);
     for (std::size_t k = 0; k < estimate.magnetic.size(); ++k) {
         const double unit = unit_of(k);
-        fit.parameters.push_back({kParameterNames[k], unit * estimate.magnetic[k], unit * deviation(static_cast<Index>(k))});
+        fit.parameters.push_back({name_of(k), unit * estimate.magnetic[k], unit * deviation(static_cast<Index>(k))});
     }
     Index index = 0;
     eigen.vectors.col(0).cwiseAbs().maxCoeff(&index);
     const auto weakest = static_cast<std::size_t>(index);
-    const std::string name = weakest < estimate.magnetic.size() ? kParameterNames[weakest]
-                                                                : "a fixture's position or rotation, or an error of the stage";
-    if (fit.condition > kMaxCondition) {
-        throw InputError(fmt::format(
-            "the poses do not determine all parameters (condition number {:.1e}); least determined: {}. Add poses that turn "
-            "and move the sensor in more directions, or use --model concentric",
-            fit.condition, name));
-    }
+    const std::string name =
+        weakest < estimate.magnetic.size() ? name_of(weakest) : "a fixture's position or rotation, or an error of the stage";
+    refuse_if(fit.condition > kMaxCondition,
+              "the poses do not determine all parameters (condition number {:.1e}); least determined: {}. Add poses that turn "
+              "and move the sensor in more directions, or use --model concentric",
+              fit.condition, name);
     if (fit.condition > kWarnCondition) {
         fit.warnings.push_back(
             fmt::format("parameters are weakly determined (condition number {:.1e}); least determined: {}", fit.condition, name));

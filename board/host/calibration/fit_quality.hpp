@@ -49,6 +49,9 @@ constexpr double kFirstLoss_m = 5e-3;  // scale of the robust loss for the first
 constexpr double kLossMedians = 4;     // scale of the robust loss for later fits, in medians of the residual norms
 constexpr double kOutlierMedians = 8;  // a pose with a larger residual is an outlier, in medians of the residual norms
 
+/// Scale of the robust loss for later fits, m.
+inline double loss_of(std::vector<double> norms_m) { return std::max(kLossMedians * median(std::move(norms_m)), 1e-9); }
+
 /// Factor from the internal unit of a magnetic parameter to the unit in its name.
 double unit_of(std::size_t parameter);
 

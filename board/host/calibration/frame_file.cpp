@@ -28,12 +28,11 @@ TableForm form_of(const std::string& path, std::string_view header) {
     TableForm form;
     form.couplings = take_coupling_fields(header);
     const std::size_t names = split(header, ',').size();
-    if (names < kCouplings ||
-        !(header.ends_with("x11,x12,x13,x21,x22,x23,x31,x32,x33") || header.ends_with("m11,m12,m13,m21,m22,m23,m31,m32,m33"))) {
-        throw InputError(path +
-                         ":1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j), "
-                         "optionally followed by q11,...,q33 and a11,...,a33,gain_step");
-    }
+    refuse_if(names < kCouplings || !(header.ends_with("x11,x12,x13,x21,x22,x23,x31,x32,x33") ||
+                                      header.ends_with("m11,m12,m13,m21,m22,m23,m31,m32,m33")),
+              "{}:1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j), optionally "
+              "followed by q11,...,q33 and a11,...,a33,gain_step",
+              path);
     form.before = names - kCouplings;
     return form;
 }
@@ -48,17 +47,13 @@ void read_table(const std::string& path, const TableForm& form, const std::vecto
             continue;
         }
         const auto fields = split(lines[n], ',');
-        if (fields.size() != form.columns()) {
-            throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), form.columns()));
-        }
+        refuse_if(fields.size() != form.columns(), "{}: {} columns; {} are needed", place, fields.size(), form.columns());
         const CouplingFrame frame = parse_couplings(std::span(fields).subspan(form.before), place);
         check_couplings(frame, place);
         take(fields, frame, place);
         is_empty = false;
     }
-    if (is_empty) {
-        throw InputError(path + ": holds no column frames");
-    }
+    refuse_if(is_empty, "{}: holds no column frames", path);
 }
 
 }  // namespace
@@ -121,11 +116,9 @@ std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std
     });
     const auto [columns, rows, levels] = *size;
     const auto nodes = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) * static_cast<std::size_t>(levels);
-    if (frames.empty() || frames.size() % nodes != 0) {
-        throw InputError(
-            fmt::format("{}: {} rests do not fit {} nodes; every node needs the same number of rests of 0.5 s or more", path,
-                        frames.size(), nodes));
-    }
+    refuse_if(frames.empty() || frames.size() % nodes != 0,
+              "{}: {} rests do not fit {} nodes; every node needs the same number of rests of 0.5 s or more", path, frames.size(),
+              nodes);
     const std::size_t rests = frames.size() / nodes;
     for (std::size_t k = 0; k < frames.size(); ++k) {
         const auto node = static_cast<int>(k / rests);
@@ -143,11 +136,10 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
     if (form.before == 3 && lines.front().starts_with("rest,start_s,duration_s,")) {
         return read_rests(path, lines, form, size);
     }
-    if (form.before != 3 || !lines.front().starts_with("column,row,level,")) {
-        throw InputError(path +
-                         ":1: the header must be column,row,level,x11,...,x33, optionally followed by q11,...,q33 and "
-                         "a11,...,a33,gain_step, or that of tricoil convert --to rests");
-    }
+    refuse_if(form.before != 3 || !lines.front().starts_with("column,row,level,"),
+              "{}:1: the header must be column,row,level,x11,...,x33, optionally followed by q11,...,q33 and "
+              "a11,...,a33,gain_step, or that of tricoil convert --to rests",
+              path);
     std::vector<GridFrame> frames;
     read_table(path, form, lines, [&](const auto& fields, const CouplingFrame& couplings, const TextPlace& place) {
         Vec3<double> node;

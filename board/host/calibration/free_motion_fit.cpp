@@ -53,7 +53,7 @@ public:
                     progress((kFitsPerModel * (stage - 1) + round) / double(kFitsPerModel * last));
                 }
                 solve_once(static_cast<FitModel>(stage), loss_m);
-                loss_m = std::max(kLossMedians * median_norm_m(), 1e-9);
+                loss_m = loss_of(norms_m());
                 choose_hemispheres();
             }
         }
@@ -108,7 +108,7 @@ private:
                                 "(tricoil calibrate wiring)",
                                 poses_.size() + 1));
             }
-            poses_.push_back({position_towards(hemisphere_, *s), geometry::attitude_quaternion(s->attitude)});
+            poses_.push_back({s->position_towards(hemisphere_), geometry::attitude_quaternion(s->attitude)});
             ranges.push_back(s->range_m);
         }
         const double scale = kRange_m / median(ranges);
@@ -222,8 +222,6 @@ private:
         }
         return norms;
     }
-
-    [[nodiscard]] double median_norm_m() const { return median(norms_m()); }
 
     /// Linearised fit of the magnetic parameters: what no pose explains, and the prior.
     [[nodiscard]] ParameterEstimate estimate(double limit) const {

@@ -59,7 +59,7 @@ struct TriadsResidual {
         if (!s.ok()) {
             return false;
         }
-        copy_rows(off_node(position_towards(hemisphere, *s), s->attitude.transpose(), node_m, grid, pivot), residual);
+        copy_rows(off_node(s->position_towards(hemisphere), s->attitude.transpose(), node_m, grid, pivot), residual);
         copy_rows(kMisfitLever_m * misfit_of(ideal, *s), residual + 3);
         return true;
     }
@@ -128,12 +128,10 @@ double extent_of(const std::vector<GridFrame>& frames) {
     for (std::size_t k = 0; k < frames.size(); ++k) {
         nodes.col(static_cast<Index>(k)) = eigen(frames[k].node);
     }
-    nodes.colwise() -= nodes.rowwise().mean().eval();
-    const Vec3<double> extent = singular_values(nodes);
-    if (extent(1) < 0.05 * extent(0) || !(extent(0) > 0)) {
-        throw InputError("the grid's nodes lie on one line; place the sensor on nodes of several rows and columns");
-    }
-    return std::sqrt(nodes.squaredNorm() / static_cast<double>(nodes.cols()));
+    const Vec3<double> extent = extents(nodes);
+    refuse_if(extent(1) < 0.05 * extent(0) || !(extent(0) > 0),
+              "the grid's nodes lie on one line; place the sensor on nodes of several rows and columns");
+    return extent.norm() / std::sqrt(static_cast<double>(nodes.cols()));
 }
 
 /// Sets RMS and standard deviation of the scale. Throws InputError if the positions do not fit the grid.
@@ -188,7 +186,7 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
         if (!s.ok() || !s->right_handed) {
             throw InputError(frames[k].place + ": the couplings are left-handed or degenerate; correct the wiring");
         }
-        positions.col(static_cast<Index>(k)) = eigen(position_towards(hemisphere, *s));
+        positions.col(static_cast<Index>(k)) = eigen(s->position_towards(hemisphere));
     }
     GridAdjustment grid(frames, spacing_m, positions);
     const double c = 1 / std::pow(grid.start_scale(), 3);
@@ -214,9 +212,7 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
 }  // namespace
 
 void check_spacing(double spacing_m) {
-    if (!(spacing_m >= 1e-3 && spacing_m <= 1)) {
-        throw InputError(fmt::format("--spacing-mm must be between 1 and 1000; got {}", 1e3 * spacing_m));
-    }
+    refuse_if(!(spacing_m >= 1e-3 && spacing_m <= 1), "--spacing-mm must be between 1 and 1000; got {}", 1e3 * spacing_m);
 }
 
 GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere,

@@ -41,27 +41,21 @@ PoseList all_poses(const std::vector<PoseFile>& files) {
 }
 
 void check_spread(const PoseList& list) {
-    if (list.size() < kMinPoses) {
-        throw InputError(fmt::format("{} poses are too few to calibrate; at least {} are needed, spread over the workspace",
-                                     list.size(), kMinPoses));
-    }
+    refuse_if(list.size() < kMinPoses, "{} poses are too few to calibrate; at least {} are needed, spread over the workspace",
+              list.size(), kMinPoses);
     Eigen::Matrix3Xd positions(3, list.size());
     for (std::size_t i = 0; i < list.size(); ++i) {
         positions.col(static_cast<Index>(i)) = eigen(list[i].first->stage_position_m);
     }
-    positions.colwise() -= positions.rowwise().mean().eval();
-    const Vec3<double> extent = singular_values(positions);
-    if (extent(2) < kMinSpread * extent(0)) {
-        throw InputError(
-            "the stage's positions lie in one plane or on one line; calibration needs poses spread in all three directions");
-    }
+    const Vec3<double> extent = extents(positions);
+    refuse_if(extent(2) < kMinSpread * extent(0),
+              "the stage's positions lie in one plane or on one line; calibration needs poses spread in all three directions");
     Mat3<double> mean = Mat3<double>::Zero();
     for (const auto& [pose, file] : list) {
         mean += pose->stage_rotation / static_cast<double>(list.size());
     }
-    if (singular_values(eigen(mean))(2) > 0.999) {
-        throw InputError("the stage does not rotate; calibration needs poses in different attitudes (20 degrees and more)");
-    }
+    refuse_if(singular_values(eigen(mean))(2) > 0.999,
+              "the stage does not rotate; calibration needs poses in different attitudes (20 degrees and more)");
 }
 
 std::vector<Solved> solve_all(const PoseList& list, const std::vector<PoseFile>& files, const InitialGuess& guess) {
@@ -76,11 +70,9 @@ std::vector<Solved> solve_all(const PoseList& list, const std::vector<PoseFile>&
         left_handed += solution->right_handed ? 0U : 1U;
         solved.push_back({pose, file, solution->range_m * solution->direction, solution->attitude});
     }
-    if (2 * left_handed > list.size()) {
-        throw InputError(
-            "the couplings are left-handed (det X < 0): one coil, or all three of one side, is reversed, or two are "
-            "swapped; correct the wiring or the signs");
-    }
+    refuse_if(2 * left_handed > list.size(),
+              "the couplings are left-handed (det X < 0): one coil, or all three of one side, is reversed, or two are swapped; "
+              "correct the wiring or the signs");
     return solved;
 }
 

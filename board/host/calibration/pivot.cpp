@@ -187,27 +187,21 @@ Tilt tilt_of(const std::vector<const PivotPose*>& poses) {
 void check_motion(const Tilt& tilt, const std::string& name) {
     const double least_rad = std::max(kMinTilt_rad, kMinTiltToNoise * tilt.noise_rad);
     const Vec3<double> axis = tilt.axes.col(0);
-    if (tilt.rms_rad(1) < least_rad) {
-        throw InputError(
-            fmt::format("{}: the poses turn by only {:.1f} deg RMS, which does not determine the tip; tilt the pointer to all "
-                        "sides by 30 deg or more, with its tip at rest",
-                        name, kDegrees * tilt.rms_rad(1)));
-    }
-    if (tilt.rms_rad(0) < least_rad) {
-        throw InputError(
-            fmt::format("{}: the poses turn about one axis only ({:.2f}, {:.2f}, {:.2f} in the sensor frame, tilted by {:.1f} "
-                        "deg RMS), which does not determine the tip; tilt the pointer to all sides by 30 deg or more",
-                        name, axis.x(), axis.y(), axis.z(), kDegrees * tilt.rms_rad(0)));
-    }
+    refuse_if(tilt.rms_rad(1) < least_rad,
+              "{}: the poses turn by only {:.1f} deg RMS, which does not determine the tip; tilt the pointer to all sides by 30 "
+              "deg or more, with its tip at rest",
+              name, kDegrees * tilt.rms_rad(1));
+    refuse_if(tilt.rms_rad(0) < least_rad,
+              "{}: the poses turn about one axis only ({:.2f}, {:.2f}, {:.2f} in the sensor frame, tilted by {:.1f} deg RMS), "
+              "which does not determine the tip; tilt the pointer to all sides by 30 deg or more",
+              name, axis.x(), axis.y(), axis.z(), kDegrees * tilt.rms_rad(0));
 }
 
 void check_residual(const Fit& fit, double rms_m, const std::string& name) {
-    if (fit.scale > kMaxResidual_sigmas && rms_m > kMaxResidual_m) {
-        throw InputError(
-            fmt::format("{}: the tip is not at rest: residual {:.2f} mm RMS, {:.0f} times the standard deviations of the poses; "
-                        "hold the tip in a small hole, far from metal, and turn more slowly",
-                        name, 1e3 * rms_m, fit.scale));
-    }
+    refuse_if(fit.scale > kMaxResidual_sigmas && rms_m > kMaxResidual_m,
+              "{}: the tip is not at rest: residual {:.2f} mm RMS, {:.0f} times the standard deviations of the poses; hold the "
+              "tip in a small hole, far from metal, and turn more slowly",
+              name, 1e3 * rms_m, fit.scale);
 }
 
 /// Ratio of the covariance of the result to the inverse normal matrix, from the sums of the scores over blocks of successive
@@ -255,10 +249,8 @@ Json warnings_of(const PivotRecord& record, const PivotCalibration& found) {
 }  // namespace
 
 PivotCalibration calibrate_pivot(const std::vector<PivotPose>& poses, const std::string& name) {
-    if (poses.size() < kMinPivotPoses) {
-        throw InputError(fmt::format("{}: {} valid poses; at least {} are needed, with the pointer tilted to all sides", name,
-                                     poses.size(), kMinPivotPoses));
-    }
+    refuse_if(poses.size() < kMinPivotPoses, "{}: {} valid poses; at least {} are needed, with the pointer tilted to all sides",
+              name, poses.size(), kMinPivotPoses);
     const Fit fit = fit_tip(poses);
     const Tilt tilt = tilt_of(fit.used);
     check_motion(tilt, name);

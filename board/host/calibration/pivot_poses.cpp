@@ -4,11 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <map>
 #include <utility>
 
+#include "board/pose_text/pose_fields.hpp"
+#include "board/pose_text/pose_table.hpp"
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
@@ -17,27 +18,11 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kLengthTolerance = 0.01;
-constexpr std::size_t kNumbers = 13;
-constexpr std::array<const char*, kNumbers> kPoseColumns{
-    "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "std_x_m", "std_y_m", "std_z_m", "std_rx_rad", "std_ry_rad", "std_rz_rad"};
-using Numbers = std::array<double, kNumbers>;
-
-PivotPose to_pivot_pose(const Numbers& v, const std::string& where) {
-    PivotPose pose;
-    pose.position_m = Vec3<double>(v[0], v[1], v[2]);
-    const Quat<double> q(v[3], v[4], v[5], v[6]);
-    if (!(std::abs(q.norm() - 1) <= kLengthTolerance)) {
-        throw InputError(fmt::format("{}: quaternion has length {:.3f}, not 1", where, q.norm()));
-    }
-    pose.q_source_sensor = q.normalized();
-    for (std::size_t n = 0; n < 6; ++n) {
-        const double deviation = v[7 + n];
-        if (!(deviation >= 0)) {
-            throw InputError(where + ": a standard deviation is negative");
-        }
-        pose.covariance(static_cast<Index>(n), static_cast<Index>(n)) = deviation * deviation;
-    }
+PivotPose pivot_pose(const Vec3<double>& position_m, const Quat<double>& q, const Vec6<double>& deviations,
+                     const std::string& where) {
+    refuse_if(!(deviations.minCoeff() >= 0), "{}: a standard deviation is negative", where);
+    PivotPose pose{position_m, normalised(q, where)};
+    pose.covariance.diagonal() = deviations.cwiseAbs2();
     return pose;
 }
 
@@ -45,9 +30,8 @@ PivotPose to_pivot_pose(const Numbers& v, const std::string& where) {
 using Records = std::map<std::uint8_t, PivotRecord>;
 
 void add(Records& records, double sensor, bool valid, const auto& read_pose, const std::string& where) {
-    if (!(sensor >= 0 && sensor < tracking::kMaxSensors)) {
-        throw InputError(fmt::format("{}: sensor {:g} must be 0 to {}", where, sensor, tracking::kMaxSensors - 1));
-    }
+    refuse_if(!(sensor >= 0 && sensor < tracking::kMaxSensors), "{}: sensor {:g} must be 0 to {}", where, sensor,
+              tracking::kMaxSensors - 1);
     PivotRecord& record = records[static_cast<std::uint8_t>(sensor)];
     if (valid) {
         record.poses.push_back(read_pose());
@@ -68,71 +52,52 @@ Records read_recording(const std::string& folder) {
     return records;
 }
 
-Records read_pose_csv(const std::string& path, const std::vector<std::string>& lines) {
-    const auto names = split(lines.front(), ',');
-    const auto find = [&](std::string_view name) {
-        return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-    };
-    std::array<std::size_t, kNumbers> columns{};
-    for (std::size_t n = 0; n < kNumbers; ++n) {
-        columns[n] = find(kPoseColumns[n]);
-        if (columns[n] == names.size()) {
-            throw InputError(fmt::format("{}:1: no column {}; give the file of run --out in metres, or the folder of a recording",
-                                         path, kPoseColumns[n]));
-        }
-    }
-    const std::size_t sensor = find("sensor");
-    const std::size_t valid = find("valid");
+Records read_pose_csv(PoseTable&& table) {
     Records records;
-    for (std::size_t n = 1; n < lines.size(); ++n) {
-        const TextPlace place{path, n + 1};
-        const auto fields = split(lines[n], ',');
-        if (fields.size() != names.size()) {
-            throw InputError(fmt::format("{}: {} fields; the header has {}", place.str(), fields.size(), names.size()));
-        }
-        const auto optional_number = [&](std::size_t column, double absent) {
-            return column < fields.size() ? parse_number(fields[column], place) : absent;
-        };
+    while (table.next()) {
         const auto convert = [&] {
-            Numbers numbers{};
-            for (std::size_t i = 0; i < kNumbers; ++i) {
-                numbers[i] = parse_number(fields[columns[i]], place);
-            }
-            return to_pivot_pose(numbers, place.str());
+            const Vec3<double> position_m = table.position_m();  // first, so that it is refused first
+            return pivot_pose(position_m, table.attitude(), table.deviations(), table.where());
         };
-        add(records, optional_number(sensor, 0), optional_number(valid, 1) != 0, convert, place.str());
+        add(records, table.number("sensor", 0), table.number("valid", 1) != 0, convert, table.where());
     }
     return records;
+}
+
+template <int Size>
+Matrix<double, Size, 1> numbers_of(const Json& line, const std::string& key, const std::string& where) {
+    const Json list = line.value(key, Json());
+    Matrix<double, Size, 1> numbers;
+    for (std::size_t i = 0; i < Size; ++i) {
+        refuse_if(!list.is_array() || list.size() != Size || !list[i].is_number(), "{}: '{}' must be a list of {} numbers", where,
+                  key, Size);
+        numbers(static_cast<Index>(i)) = list[i].get<double>();
+    }
+    return numbers;
 }
 
 Records read_json_lines(const std::string& path, const std::vector<std::string>& lines) {
     Records records;
     for (std::size_t n = 0; n < lines.size(); ++n) {
-        const TextPlace place{path, n + 1};
+        const std::string where = TextPlace{path, n + 1}.str();
         const Json line = Json::parse(lines[n], nullptr, false);
-        if (line.is_object() && !line.contains("position_m")) {
+        refuse_if(!line.is_object(), "{}: is not a line of JSON; give JSON lines, a CSV file or the folder of a recording",
+                  where);
+        const auto unit = std::ranges::find_if(kLengthUnits, [&](const auto& name) { return line.contains("position_" + name); });
+        if (unit == kLengthUnits.end()) {
             continue;  // the summary of a device
         }
+        const double metres = 1 / kUnitsPerMetre.at(static_cast<std::size_t>(unit - kLengthUnits.begin()));
         const auto convert = [&] {
-            Numbers numbers{};
-            std::size_t at = 0;
-            for (const auto& [key, count] : {std::pair("position_m", 3U), {"q_wxyz", 4U}, {"std_m_rad", 6U}}) {
-                const Json list = line.value(key, Json());
-                for (std::size_t i = 0; i < count; ++i) {
-                    if (!list.is_array() || list.size() != count || !list[i].is_number()) {
-                        throw InputError(fmt::format("{}: '{}' must be a list of {} numbers", place.str(), key, count));
-                    }
-                    numbers[at++] = list[i].get<double>();
-                }
-            }
-            return to_pivot_pose(numbers, place.str());
+            const Vec3<double> position_m = metres * numbers_of<3>(line, "position_" + *unit, where);
+            const auto q = numbers_of<4>(line, "q_wxyz", where);
+            auto deviations = numbers_of<6>(line, "std_" + *unit + "_rad", where);
+            deviations.head<3>() *= metres;
+            return pivot_pose(position_m, {q(0), q(1), q(2), q(3)}, deviations, where);
         };
-        if (!line.is_object()) {
-            throw InputError(place.str() + ": is not a line of JSON; give JSON lines, a CSV file or the folder of a recording");
-        }
         const Json sensor = line.value("sensor", Json(0));
         const Json valid = line.value("valid", Json(1));
-        add(records, sensor.is_number() ? sensor.get<double>() : -1, valid != 0 && valid != false, convert, place.str());
+        add(records, sensor.is_number() ? sensor.get<double>() : -1, valid != 0 && valid != false, convert, where);
     }
     return records;
 }
@@ -142,16 +107,14 @@ Records read_records(const std::string& path) {
         return read_recording(path);
     }
     const auto lines = read_lines(path);
-    return lines.front().starts_with('{') ? read_json_lines(path, lines) : read_pose_csv(path, lines);
+    return lines.front().starts_with('{') ? read_json_lines(path, lines) : read_pose_csv(PoseTable(path, lines));
 }
 
 }  // namespace
 
 PivotRecord read_pivot_poses(const std::string& path, std::optional<std::uint8_t> sensor) {
     Records records = read_records(path);
-    if (records.empty()) {
-        throw InputError(path + ": has no poses");
-    }
+    refuse_if(records.empty(), "{}: has no poses", path);
     if (!sensor && records.size() > 1) {
         std::vector<int> sensors;
         for (const auto& [number, record] : records) {

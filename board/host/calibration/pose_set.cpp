@@ -54,17 +54,14 @@ std::complex<double> parse_complex(std::string_view field, const TextPlace& plac
 }
 
 void check_position(const Vec3<double>& position_m, const TextPlace& place) {
-    if (!(position_m.cwiseAbs().maxCoeff() <= kFarthestPose_m)) {
-        throw InputError(place.str() + ": the position lies more than 1 km away; is its unit right?");
-    }
+    refuse_if(!(position_m.cwiseAbs().maxCoeff() <= kFarthestPose_m),
+              "{}: the position lies more than 1 km away; is its unit right?", place);
 }
 
 MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const TextPlace& place) {
-    if (fields.size() != kStageFields + kCouplings && fields.size() != kStageFields + 2 * kCouplings) {
-        throw InputError(
-            fmt::format("{}: {} fields; a line has 6 stage numbers and 9 or 18 couplings; the line is truncated or damaged",
-                        place.str(), fields.size()));
-    }
+    refuse_if(fields.size() != kStageFields + kCouplings && fields.size() != kStageFields + 2 * kCouplings,
+              "{}: {} fields; a line has 6 stage numbers and 9 or 18 couplings; the line is truncated or damaged", place,
+              fields.size());
     double stage[kStageFields];
     for (std::size_t i = 0; i < kStageFields; ++i) {
         stage[i] = parse_number(fields[i], place);
@@ -90,9 +87,7 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const Text
 MeasuredPose parse_csv(const std::vector<std::string_view>& fields, std::size_t coupling_fields, const TextPlace& place) {
     constexpr std::size_t kBefore = 7;
     const std::size_t count = kBefore + coupling_fields;
-    if (fields.size() != count) {
-        throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), count));
-    }
+    refuse_if(fields.size() != count, "{}: {} columns; {} are needed", place, fields.size(), count);
     double v[kBefore];
     for (std::size_t i = 0; i < kBefore; ++i) {
         v[i] = parse_number(fields[i], place);
@@ -161,10 +156,8 @@ PoseFile read_pose_file(const std::string& path) {
     const bool csv = lines.front().find(',') != std::string::npos;
     std::string_view header = lines.front();
     const std::size_t coupling_fields = take_coupling_fields(header);
-    if (csv && header != kPoseCsvHeader) {
-        throw InputError(fmt::format("{}:1: the header must be {}, optionally followed by {} and {}", path, kPoseCsvHeader,
-                                     kQuadratureColumns, kLevelColumns));
-    }
+    refuse_if(csv && header != kPoseCsvHeader, "{}:1: the header must be {}, optionally followed by {} and {}", path,
+              kPoseCsvHeader, kQuadratureColumns, kLevelColumns);
     PoseFile file;
     file.path = path;
     std::tie(file.source_fixture, file.sensor_fixture) = fixtures_of(std::filesystem::path(path).filename().string());
@@ -179,9 +172,7 @@ PoseFile read_pose_file(const std::string& path) {
         check_position(pose.stage_position_m, place);
         check_couplings(pose, place);
     }
-    if (file.poses.empty()) {
-        throw InputError(path + ": holds no poses");
-    }
+    refuse_if(file.poses.empty(), "{}: holds no poses", path);
     return file;
 }
 

@@ -82,11 +82,9 @@ void estimate_deviations(ceres::Problem& problem, std::vector<double*> blocks, S
     const Eigen::Matrix<double, 2 * kShape, 2 * kShape> information = jacobian.transpose() * jacobian;
     const SymmetricEigen eigen = eigen_of_symmetric(information);
     result.weakest = std::sqrt(std::max(0.0, eigen.values(0)) / eigen.values(2 * kShape - 1));
-    if (result.weakest < kWeakest) {
-        throw InputError(
-            "free motion did not determine all gains and angles: turn the sensor through all attitudes and move it "
-            "around the source");
-    }
+    refuse_if(result.weakest < kWeakest,
+              "free motion did not determine all gains and angles: turn the sensor through all attitudes and move it around the "
+              "source");
     const double frames = sparse.num_rows / 9.0;
     const double variance = 2 * cost / (3 * frames - 2 * kShape);  // three residual degrees of freedom per frame
     const Eigen::Matrix<double, 2 * kShape, 2 * kShape> covariance = variance * inverse_of_definite(information);
@@ -99,10 +97,8 @@ void estimate_deviations(ceres::Problem& problem, std::vector<double*> blocks, S
 }  // namespace
 
 SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior) {
-    if (frames.size() < kMinFrames) {
-        throw InputError(fmt::format("{} column frames are too few to calibrate from free motion; at least {} are needed",
-                                     frames.size(), kMinFrames));
-    }
+    refuse_if(frames.size() < kMinFrames, "{} column frames are too few to calibrate from free motion; at least {} are needed",
+              frames.size(), kMinFrames);
     Shape sensor;
     sensor << 1, 1, 0, 0, 0;
     Shape source = sensor;

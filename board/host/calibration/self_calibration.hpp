@@ -44,10 +44,4 @@ inline Mat3<double> misfit_of(const Mat3<double>& ideal, const solver::DirectSol
     return ideal / nearest.strength - nearest.attitude * field::dipole_factor<double>(nearest.direction);
 }
 
-/// Position of a direct solution that is in the half space towards `hemisphere`, source frame.
-inline Vec3<double> position_towards(const Vec3<double>& hemisphere, const solver::DirectSolution<double>& solution) {
-    const double side = solution.direction.dot(hemisphere) < 0 ? -1 : 1;
-    return side * solution.range_m * solution.direction;
-}
-
 }  // namespace tricoil::host

@@ -77,13 +77,11 @@ void refuse_bad_fit(const ModelErrors& without, const ModelErrors& with, const s
                 ? "its couplings give no pose"
                 : fmt::format("{:.1f} mm of error, RMS of all {:.1f} mm", 1e3 * error_m, 1e3 * with.position_rms_m)));
     }
-    if (with.not_converged > without.not_converged ||
-        (with.not_converged == without.not_converged && !(with.position_rms_m < without.position_rms_m))) {
-        throw InputError(fmt::format(
-            "the virtual dipoles make the poses worse: {:.3f} mm RMS without them, {:.3f} mm with them, {} of {} poses without "
-            "a solution; use the calibration without surroundings",
-            1e3 * without.position_rms_m, 1e3 * with.position_rms_m, with.not_converged, poses));
-    }
+    refuse_if(with.not_converged > without.not_converged ||
+                  (with.not_converged == without.not_converged && !(with.position_rms_m < without.position_rms_m)),
+              "the virtual dipoles make the poses worse: {:.3f} mm RMS without them, {:.3f} mm with them, {} of {} poses without "
+              "a solution; use the calibration without surroundings",
+              1e3 * without.position_rms_m, 1e3 * with.position_rms_m, with.not_converged, poses);
 }
 
 }  // namespace
@@ -94,16 +92,9 @@ SurroundingsData data_at_known_fixtures(const CalibrationFile& coils, std::vecto
     }
     SurroundingsData data;
     for (const PoseFile& file : files) {
-        const auto source = coils.source_stage.find(source_fixture_name(file));
-        const auto mount = coils.mount_sensor.find(sensor_fixture_name(file));
-        if (source == coils.source_stage.end() || mount == coils.mount_sensor.end()) {
-            const bool is_source = source == coils.source_stage.end();
-            throw InputError(fmt::format("{}: {} fixture '{}' is not in the calibration; use --refit-fixtures", file.path,
-                                         is_source ? "source" : "sensor",
-                                         is_source ? source_fixture_name(file) : sensor_fixture_name(file)));
-        }
+        const auto [source, mount] = fixtures_of(coils, file);
         for (const MeasuredPose& pose : file.poses) {
-            const auto truth = true_pose(source->second, pose, mount->second, coils.stage_errors);
+            const auto truth = true_pose(source, pose, mount, coils.stage_errors);
             data.poses.push_back({truth.position_m, truth.q_source_sensor.toRotationMatrix(), pose.x});
         }
     }
@@ -114,10 +105,9 @@ SurroundingsData data_at_unknown_fixtures(const CalibrationFile& coils, std::vec
     const std::string source_name = source_fixture_name(files.front());
     const std::string mount_name = sensor_fixture_name(files.front());
     for (const PoseFile& file : files) {
-        if (source_fixture_name(file) != source_name || sensor_fixture_name(file) != mount_name) {
-            throw InputError(file.path + ": has other fixtures than " + files.front().path +
-                             "; --refit-fixtures takes files of one source and one sensor fixture");
-        }
+        refuse_if(source_fixture_name(file) != source_name || sensor_fixture_name(file) != mount_name,
+                  "{}: has other fixtures than {}; --refit-fixtures takes files of one source and one sensor fixture", file.path,
+                  files.front().path);
     }
     const CalibrationFile start = with_refitted_fixtures(coils, files, EvaluationSolver::refined);
     if (start.stage_turns_left_handed) {

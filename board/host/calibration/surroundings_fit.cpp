@@ -18,13 +18,11 @@
 namespace tricoil::host {
 namespace {
 
-constexpr std::size_t kLeastPlaces = 18;  // 3 x 3 x 2 nodes
-constexpr double kSamePlace_m = 1e-3;     // places nearer to each other than this are one
-constexpr double kLeastSpread = 0.05;     // of the places along their shortest axis, relative to the longest
-constexpr double kClearance = 0.2;        // of a dipole from source and poses, relative to the range of the nearest pose
-constexpr double kWorthwhile = 0.9;       // a dipole must reduce the standard deviation of the residuals to this share
-constexpr double kLossScale = 4;          // scale of the robust loss of the last fit, in medians of the residual norms
-constexpr double kMinLoss_m = 1e-9;
+constexpr Index kLeastPlaces = 18;     // 3 x 3 x 2 nodes
+constexpr double kSamePlace_m = 1e-3;  // places nearer to each other than this are one
+constexpr double kLeastSpread = 0.05;  // of the places along their shortest axis, relative to the longest
+constexpr double kClearance = 0.2;     // of a dipole from source and poses, relative to the range of the nearest pose
+constexpr double kWorthwhile = 0.9;    // a dipole must reduce the standard deviation of the residuals to this share
 
 /// Keeps a dipole at a distance from a pose or the source: the residual is the missing distance, m.
 class Clearance final : public ceres::CostFunction {
@@ -56,27 +54,18 @@ private:
 };
 
 void check_places(const std::vector<PlacedCouplings>& poses) {
-    std::vector<Vec3<double>> places;
+    Eigen::Matrix3Xd places(3, 0);
     for (const PlacedCouplings& pose : poses) {
-        if (std::none_of(places.begin(), places.end(),
-                         [&](const Vec3<double>& other) { return (pose.place_m - other).norm() < kSamePlace_m; })) {
-            places.push_back(pose.place_m);
+        const Eigen::Vector3d place = eigen(pose.place_m);
+        if (places.cols() == 0 || (places.colwise() - place).colwise().norm().minCoeff() >= kSamePlace_m) {
+            places.conservativeResize(Eigen::NoChange, places.cols() + 1);
+            places.rightCols<1>() = place;
         }
     }
-    if (places.size() < kLeastPlaces) {
-        throw InputError(fmt::format("the poses are at {} places; surroundings need {}, for example a grid of 3 x 3 x 2 nodes",
-                                     places.size(), kLeastPlaces));
-    }
-    Vec3<double> mean = Vec3<double>::Zero();
-    for (const Vec3<double>& place : places) {
-        mean += place / static_cast<double>(places.size());
-    }
-    Mat3<double> scatter = Mat3<double>::Zero();
-    for (const Vec3<double>& place : places) {
-        scatter += (place - mean) * (place - mean).transpose();
-    }
-    const Eigen::VectorXd squares = eigen_of_symmetric(eigen(scatter)).values;
-    if (squares(0) < kLeastSpread * kLeastSpread * squares(2)) {
+    refuse_if(places.cols() < kLeastPlaces,
+              "the poses are at {} places; surroundings need {}, for example a grid of 3 x 3 x 2 nodes", places.cols(),
+              kLeastPlaces);
+    if (const Eigen::VectorXd extent = extents(places); extent(2) < kLeastSpread * extent(0)) {
         throw InputError("the poses lie in one plane or on one line; surroundings need a grid of several levels");
     }
 }
@@ -201,13 +190,11 @@ public:
             }
             deviation = deviation_m();
         }
-        if (dipoles_.empty()) {
-            throw InputError(
-                fmt::format("no metal found: dipoles explain the couplings no better than the coils alone ({:.3f} mm RMS); use "
-                            "the calibration without surroundings",
-                            1e3 * fit.residual_before_m));
-        }
-        solve(std::make_unique<ceres::CauchyLoss>(std::max(kLossScale * median(norms_m()), kMinLoss_m)));
+        refuse_if(dipoles_.empty(),
+                  "no metal found: dipoles explain the couplings no better than the coils alone ({:.3f} mm RMS); use the "
+                  "calibration without surroundings",
+                  1e3 * fit.residual_before_m);
+        solve(std::make_unique<ceres::CauchyLoss>(loss_of(norms_m())));
         fit.residual_m = rms_m();
         for (int d = 0; d < dipoles(); ++d) {
             fit.dipoles.push_back(dipole_of(&dipoles_[static_cast<std::size_t>(kDipole * d)]));

@@ -15,7 +15,6 @@ struct SurroundingsData {
     RigidBlock mount{};           //
     bool fixtures_known = true;   // false: both blocks are estimated
     bool attitudes_known = true;  // false (grid): every attitude is estimated, and the rotation of the mount is fixed
-    Vec3<double> hemisphere{0, 0, 0};
 };
 
 struct SurroundingsFit {

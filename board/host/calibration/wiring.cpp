@@ -35,16 +35,12 @@ int reversed(const CoilOrder& a, const CoilOrder& b) {
 }
 
 void check_direction(const Vec3<double>& direction) {
-    if (!(direction.norm() > 0)) {
-        throw InputError("--at needs the direction of the sensor as X,Y,Z, not zero");
-    }
+    refuse_if(!(direction.norm() > 0), "--at needs the direction of the sensor as X,Y,Z, not zero");
     Vec3<double> size = direction.normalized().cwiseAbs();
     std::sort(size.data(), size.data() + 3);
-    if (size(0) < kDistinct || size(1) - size(0) < kDistinct || size(2) - size(1) < kDistinct) {
-        throw InputError(
-            "--at: several wirings give the same couplings in that direction; choose a direction away from all axes and "
-            "diagonals, for example 0.4,0.2,0.1");
-    }
+    refuse_if(size(0) < kDistinct || size(1) - size(0) < kDistinct || size(2) - size(1) < kDistinct,
+              "--at: several wirings give the same couplings in that direction; choose a direction away from all axes and "
+              "diagonals, for example 0.4,0.2,0.1");
 }
 
 }  // namespace

@@ -26,17 +26,15 @@ Excitation parse_state(std::string_view field, const TextPlace& place) {
 
 std::int64_t parse_integer(std::string_view field, const TextPlace& place, std::int64_t low, std::int64_t high) {
     const double value = parse_number(field, place);
-    if (value != std::floor(value) || value < static_cast<double>(low) || value > static_cast<double>(high)) {
-        throw InputError(fmt::format("{}: {} is not a whole number from {} to {}", place.str(), field, low, high));
-    }
+    refuse_if(value != std::floor(value) || value < static_cast<double>(low) || value > static_cast<double>(high),
+              "{}: {} is not a whole number from {} to {}", place, field, low, high);
     return static_cast<std::int64_t>(value);
 }
 
 void check_block(const CapturedBlock& block, const Capture& capture, const TextPlace& place) {
-    if (block.samples.size() != capture.blocks.front().samples.size()) {
-        throw InputError(fmt::format("{}: the block that ends here has {} samples, the first has {}; the recording is incomplete",
-                                     place.str(), block.samples.size(), capture.blocks.front().samples.size()));
-    }
+    refuse_if(block.samples.size() != capture.blocks.front().samples.size(),
+              "{}: the block that ends here has {} samples, the first has {}; the recording is incomplete", place,
+              block.samples.size(), capture.blocks.front().samples.size());
 }
 
 void check_states(const Capture& capture, const std::string& path) {
@@ -44,15 +42,11 @@ void check_states(const Capture& capture, const std::string& path) {
     for (const CapturedBlock& block : capture.blocks) {
         int& seen = states_of_repeat[block.repeat];
         const int bit = 1 << coil_index(block.state);
-        if ((seen & bit) != 0) {
-            throw InputError(fmt::format("{}: repeat {} holds state S{} twice", path, block.repeat, coil_index(block.state) + 1));
-        }
+        refuse_if((seen & bit) != 0, "{}: repeat {} holds state S{} twice", path, block.repeat, coil_index(block.state) + 1);
         seen |= bit;
     }
     for (const auto& [repeat, seen] : states_of_repeat) {
-        if (seen != 7) {
-            throw InputError(fmt::format("{}: repeat {} lacks a state; each needs S1, S2 and S3", path, repeat));
-        }
+        refuse_if(seen != 7, "{}: repeat {} lacks a state; each needs S1, S2 and S3", path, repeat);
     }
 }
 
@@ -76,13 +70,9 @@ void centre(Capture& capture, int bits) {
 }  // namespace
 
 Capture read_capture(const std::string& path, int bits) {
-    if (bits < kFewestBits || bits > kMostBits) {
-        throw InputError(fmt::format("--bits: {} is not possible; give {} to {}", bits, kFewestBits, kMostBits));
-    }
+    refuse_if(bits < kFewestBits || bits > kMostBits, "--bits: {} is not possible; give {} to {}", bits, kFewestBits, kMostBits);
     const auto lines = read_lines(path);
-    if (lines.front() != kHeader) {
-        throw InputError(path + ":1: the header must be " + kHeader);
-    }
+    refuse_if(lines.front() != kHeader, "{}:1: the header must be {}", path, kHeader);
     Capture capture;
     const std::int64_t limit = (std::int64_t{1} << bits) - 1;
     for (std::size_t i = 1; i < lines.size(); ++i) {
@@ -91,9 +81,7 @@ Capture read_capture(const std::string& path, int bits) {
             continue;
         }
         const auto fields = split(lines[i], ',');
-        if (fields.size() != kFields) {
-            throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), kFields));
-        }
+        refuse_if(fields.size() != kFields, "{}: {} columns; {} are needed", place, fields.size(), kFields);
         const Excitation state = parse_state(fields[0], place);
         const auto repeat = static_cast<int>(parse_integer(fields[1], place, 0, 1'000'000));
         const bool new_block =
@@ -106,19 +94,15 @@ Capture read_capture(const std::string& path, int bits) {
         }
         auto& samples = capture.blocks.back().samples;
         const auto index = static_cast<std::int64_t>(samples.size());
-        if (parse_integer(fields[2], place, 0, 1'000'000) != index) {
-            throw InputError(
-                fmt::format("{}: sample {} instead of {}; samples are missing or out of order", place.str(), fields[2], index));
-        }
+        refuse_if(parse_integer(fields[2], place, 0, 1'000'000) != index,
+                  "{}: sample {} instead of {}; samples are missing or out of order", place, fields[2], index);
         Sample sample;
         for (std::size_t c = 0; c < kChannels; ++c) {
             sample[c] = static_cast<std::int32_t>(parse_integer(fields[3 + c], place, -limit / 2 - 1, limit));
         }
         samples.push_back(sample);
     }
-    if (capture.blocks.empty()) {
-        throw InputError(path + ": holds a header but no samples");
-    }
+    refuse_if(capture.blocks.empty(), "{}: holds a header but no samples", path);
     check_block(capture.blocks.back(), capture, {path, lines.size()});
     check_states(capture, path);
     centre(capture, bits);

@@ -60,11 +60,9 @@ int find_reference(const Capture& capture, const signal::AcquisitionPlan& plan, 
     }
     const auto reference = static_cast<std::size_t>(std::max_element(weakest.begin(), weakest.end()) - weakest.begin());
     for (std::size_t c = 0; c < kChannels; ++c) {
-        if (c != reference && weakest[reference] < kMinReferenceRatio * strongest[c]) {
-            throw InputError(
-                "cannot identify the reference channel: in every block its carrier must be at least 1.5 times as large as that "
-                "of any other channel; check --carrier-hz");
-        }
+        refuse_if(c != reference && weakest[reference] < kMinReferenceRatio * strongest[c],
+                  "cannot identify the reference channel: in every block its carrier must be at least 1.5 times as large as that "
+                  "of any other channel; check --carrier-hz");
     }
     mean_amplitude = sum[reference] / static_cast<double>(capture.blocks.size());
     return static_cast<int>(reference);
@@ -197,9 +195,7 @@ CaptureAnalysis analyse_capture(const Capture& capture, double carrier_hz, doubl
     }
     const auto matrices = rotate_to_real(columns, phases);
     analysis.repeats = static_cast<int>(matrices.size());
-    if (analysis.repeats < 2) {
-        throw InputError("the recording has one repeat; at least two are needed to estimate the scatter");
-    }
+    refuse_if(analysis.repeats < 2, "the recording has one repeat; at least two are needed to estimate the scatter");
     average(matrices, analysis);
     detect_sensor(analysis);
     return analysis;

@@ -45,9 +45,8 @@ void check_files(const CalibrationFiles& files) {
     const auto place = [&](const std::string& path) {
         return std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);
     };
-    if (!files.blob.empty() && place(files.blob) == place(files.out)) {
-        throw InputError("--out and --blob name the same file; choose two files");
-    }
+    refuse_if(!files.blob.empty() && place(files.blob) == place(files.out),
+              "--out and --blob name the same file; choose two files");
 }
 
 namespace {
@@ -64,14 +63,11 @@ void warn_of_lost_converters(const CalibrationFiles& files, const CalibrationFil
 }
 
 std::string common_text(const Json& result) {
-    std::string text =
+    const std::string text =
         result.contains("quadrature_floor")
             ? fill(result, "  quadrature of the couplings, expected by trackers: {quadrature_floor in %:.3f} % per coupling\n")
             : "";
-    for (const Json& warning : result["warnings"]) {
-        text += "warning: " + warning.get<std::string>() + "\n";
-    }
-    return text + fill(result, "wrote {out}\n");
+    return text + warnings_text(result) + fill(result, "wrote {out}\n");
 }
 
 /// A kind as the last version spelled it, and today.

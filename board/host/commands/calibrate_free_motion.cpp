@@ -28,9 +28,7 @@ std::vector<CouplingFrame> read_couplings(const std::string& path, double column
     if (holds_column_frames(path)) {
         return read_frames(path);
     }
-    if (column_skew != 0) {
-        throw InputError(path + ": holds poses of a stage; --column-skew is only for column frames in sequence");
-    }
+    refuse_if(column_skew != 0, "{}: holds poses of a stage; --column-skew is only for column frames in sequence", path);
     const PoseFile file = read_pose_file(path);
     return {file.poses.begin(), file.poses.end()};
 }
@@ -39,11 +37,9 @@ std::vector<CouplingFrame> read_couplings(const std::string& path, double column
 void remove_left_handed(const std::string& path, std::vector<CouplingFrame>& frames, std::vector<std::string>& warnings) {
     const std::size_t all = frames.size();
     const std::size_t removed = std::erase_if(frames, [](const CouplingFrame& frame) { return frame.x.determinant() <= 0; });
-    if (kLeftHandedShare * removed > all) {
-        throw InputError(
-            fmt::format("{}: {} of {} column frames are left-handed; correct the wiring or the signs (tricoil calibrate wiring)",
-                        path, removed, all));
-    }
+    refuse_if(kLeftHandedShare * removed > all,
+              "{}: {} of {} column frames are left-handed; correct the wiring or the signs (tricoil calibrate wiring)", path,
+              removed, all);
     if (removed > 0) {
         warnings.push_back(fmt::format("{}: {} of {} column frames are left-handed, not used", path, removed, all));
     }
@@ -105,13 +101,10 @@ void check_usage(const FreeMotionCommand& c) {
     if (c.coupling_constant && !(*c.coupling_constant >= 1e-12 && *c.coupling_constant <= 1e12)) {
         throw InputError(fmt::format("--coupling-constant must lie between 1e-12 and 1e12; got {}", *c.coupling_constant));
     }
-    if (!c.coupling_constant && !c.files.blob.empty()) {
-        throw InputError(
-            "--blob needs --coupling-constant: all positions of a tracker follow from it, and free motion does not determine it");
-    }
-    if (!(std::abs(c.column_skew) < 1)) {
-        throw InputError(fmt::format("--column-skew must lie between -1 and 1 frames; got {}", c.column_skew));
-    }
+    refuse_if(
+        !c.coupling_constant && !c.files.blob.empty(),
+        "--blob needs --coupling-constant: all positions of a tracker follow from it, and free motion does not determine it");
+    refuse_if(!(std::abs(c.column_skew) < 1), "--column-skew must lie between -1 and 1 frames; got {}", c.column_skew);
 }
 
 CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, CalibrationReport& report) {

@@ -128,12 +128,10 @@ void refuse_undetermined(const Mat3<double>& sigma) {
     Index i = 0;
     Index j = 0;
     const double worst = eigen(sigma).maxCoeff(&i, &j);
-    if (!(worst <= kLargestSigma)) {
-        throw InputError(fmt::format(
-            "the ratio of the bands is not determined for sensor coil {} and source coil {} (standard deviation {:.2g}); record "
-            "longer, nearer to the source, and turn the sensor about all its axes",
-            i + 1, j + 1, worst));
-    }
+    refuse_if(!(worst <= kLargestSigma),
+              "the ratio of the bands is not determined for sensor coil {} and source coil {} (standard deviation {:.2g}); "
+              "record longer, nearer to the source, and turn the sensor about all its axes",
+              i + 1, j + 1, worst);
 }
 
 CalibrationFile calibrate_low_band(const LowBandCommand& command, CalibrationReport& report) {

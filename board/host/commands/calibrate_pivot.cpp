@@ -12,7 +12,7 @@ struct PivotCommand {
 };
 
 std::string pivot_text(const Json& r) {
-    std::string text = fill(
+    const std::string text = fill(
         r,
         "{poses} poses of sensor {sensor}, {invalid} invalid, {outliers} outliers; every axis of the sensor tilts by "
         "{tilt_deg:.1f} deg RMS or more\n"
@@ -22,11 +22,9 @@ std::string pivot_text(const Json& r) {
         "{pivot_std_m/0 in mm:.3f} {pivot_std_m/1 in mm:.3f} {pivot_std_m/2 in mm:.3f} mm\n"
         "  residual {residual_rms_m in mm:.3f} mm RMS, {residual_sigmas:.2f} times the poses' standard deviations; covariance "
         "enlarged by {covariance_inflation:.2f}\n");
-    for (const Json& warning : r["warnings"]) {
-        text += "warning: " + warning.get<std::string>() + "\n";
-    }
     const std::string out = r["out"];
-    return text + (out.empty() ? fill(r, "  use it with --tip {option}\n") : fill(r, "wrote {out}; use it with --tip {out}\n"));
+    return text + warnings_text(r) +
+           (out.empty() ? fill(r, "  use it with --tip {option}\n") : fill(r, "wrote {out}; use it with --tip {out}\n"));
 }
 
 int calibrate_tip(const PivotCommand& command) {

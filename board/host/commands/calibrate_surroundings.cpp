@@ -23,14 +23,12 @@ struct SurroundingsCommand {
 CalibrationFile read_coils(const std::string& path) {
     CalibrationFile coils = read_calibration(path);
     const auto& c = coils.calibration;
-    if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
-        throw InputError(path + ": has an affine output correction; calibrate the coils again");
-    }
-    if (has_free_scale(coils)) {
-        throw InputError(path +
-                         ": has no scale of lengths; give --coupling-constant to calibrate free-motion, or calibrate the coils "
-                         "on a stage or a grid");
-    }
+    refuse_if(!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0),
+              "{}: has an affine output correction; calibrate the coils again", path);
+    refuse_if(has_free_scale(coils),
+              "{}: has no scale of lengths; give --coupling-constant to calibrate free-motion, or calibrate the coils on a stage "
+              "or a grid",
+              path);
     set_surroundings(coils, {});
     coils.stage_errors.stray.setZero();  // the surroundings replace it
     return coils;
@@ -63,9 +61,8 @@ Json json_of(const ModelErrors& errors) {
 std::string dipole_count(std::size_t dipoles) { return fmt::format("{} virtual dipole{}", dipoles, dipoles == 1 ? "" : "s"); }
 
 CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, CalibrationReport& report) {
-    if (command.spacing_mm && command.refit_fixtures) {
-        throw InputError("--refit-fixtures and --spacing-mm: the place of a grid is always estimated; remove --refit-fixtures");
-    }
+    refuse_if(command.spacing_mm && command.refit_fixtures,
+              "--refit-fixtures and --spacing-mm: the place of a grid is always estimated; remove --refit-fixtures");
     Json& result = report.json;
     const CalibrationFile coils = read_coils(command.files.calibration);
     const SurroundingsData data = read_data(command, coils, result);

@@ -26,9 +26,7 @@ int run_convert(const ConvertCommand& command) {
     const Recording recording(command.folder);
     check_reference(command.stages, recording.sensors());
     if (command.out.empty() || command.out == kStandardOutput) {
-        if (command.json) {
-            throw InputError("--json: the poses need a file; add --out FILE");
-        }
+        refuse_if(command.json, "--json: the poses need a file; add --out FILE");
         convert(recording, command.form, command.stages,
                 [](std::string_view bytes) { (void)std::fwrite(bytes.data(), 1, bytes.size(), stdout); });
         return to_int(ExitCode::fine);

@@ -44,16 +44,12 @@ std::string refuse_bad_ratio(const std::string& text) {
 
 DualRateParams params_of(const CouplingsCommand& c) {
     DualRateParams params;
-    if (!(c.rate_hz >= 1 && c.rate_hz <= 1e6)) {
-        throw InputError("--rate-hz must be from 1 to 1000000");
-    }
+    refuse_if(!(c.rate_hz >= 1 && c.rate_hz <= 1e6), "--rate-hz must be from 1 to 1000000");
     params.row_period_s = 1 / c.rate_hz;
     params.rows_per_line = static_cast<int>(c.files.ratio);
     params.filter = index_of_name("--tracker", c.tracker, kTrackers) == 0;
-    if (c.scalar && !(std::abs(*c.scalar) <= kMaxScalar && std::abs(1 + *c.scalar) >= kClosestToMinusOne)) {
-        throw InputError(
-            fmt::format("--scalar must be from -{0} to {0}, and not within {1} of -1", kMaxScalar, kClosestToMinusOne));
-    }
+    refuse_if(c.scalar && !(std::abs(*c.scalar) <= kMaxScalar && std::abs(1 + *c.scalar) >= kClosestToMinusOne),
+              "--scalar must be from -{0} to {0}, and not within {1} of -1", kMaxScalar, kClosestToMinusOne);
     params.scalar = c.scalar;
     if (!c.hemisphere.empty()) {
         params.hemisphere = hemisphere_of(c.hemisphere);

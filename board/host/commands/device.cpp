@@ -83,10 +83,7 @@ int show_info(const DeviceCommand& command) {
                 text += fmt::format("{:<14} {}\n", key, text_of(key, value));
             }
         }
-        for (const Json& warning : all["warnings"]) {
-            text += fmt::format("warning: {}\n", warning.get<std::string>());
-        }
-        return text;
+        return text + warnings_text(all);
     });
     return to_int(ExitCode::fine);
 }
@@ -169,9 +166,7 @@ int send_calibration(const DeviceCommand& command) {
     std::vector<std::uint8_t> blob(calibration::kBlobBytes + 1);  // one byte more, to detect a file that is too long
     file.read(reinterpret_cast<char*>(blob.data()), std::ssize(blob));
     blob.resize(static_cast<std::size_t>(file.gcount()));
-    if (blob.empty()) {
-        throw InputError(command.file + ": cannot be read; give a file written by tricoil calibrate with --blob");
-    }
+    refuse_if(blob.empty(), "{}: cannot be read; give a file written by tricoil calibrate with --blob", command.file);
     if (const auto calibration = calibration::decode(blob); !calibration.ok()) {
         throw InputError(fmt::format("{}: {}; give a file written by tricoil calibrate with --blob", command.file,
                                      calibration.status().message()));
@@ -221,9 +216,7 @@ int capture_blocks(const DeviceCommand& command) {
 }
 
 int set_mode(const DeviceCommand& command) {
-    if (!std::isfinite(command.rate_hz)) {
-        throw InputError("--rate-hz must be a finite number");
-    }
+    refuse_if(!std::isfinite(command.rate_hz), "--rate-hz must be a finite number");
     protocol::ModeRequest mode;
     mode.multiplexing = multiplexing_of_name(command.mux);
     mode.frame_rate_millihertz = static_cast<std::uint32_t>(std::lround(1e3 * command.rate_hz));
@@ -239,9 +232,8 @@ int set_mode(const DeviceCommand& command) {
 int set_hemisphere(const DeviceCommand& command) {
     protocol::HemisphereRequest request;
     request.towards = Vec3<double>(command.towards.data()).cast<float>();
-    if (!request.towards.allFinite()) {
-        throw InputError("--towards must be three finite numbers: x,y,z in the source frame, or 0,0,0 for unknown");
-    }
+    refuse_if(!request.towards.allFinite(),
+              "--towards must be three finite numbers: x,y,z in the source frame, or 0,0,0 for unknown");
     linux_board::DeviceInquiry(command.uri, command.wait_s)
         .order("this hemisphere", protocol::Opcode::hemisphere, protocol::hemisphere_argument(request));
     print_text("{}: hemisphere {}\n", command.uri, request.towards.isZero(0) ? "unknown" : "set");

@@ -127,18 +127,12 @@ std::string evaluation_text(const Json& r) {
 
 /// Selects the kind of evaluation and checks its options.
 void check_options(const EvaluateCommand& command) {
-    if (command.dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures)) {
-        throw InputError("--dynamic takes two files, TRUTH.csv and POSES.csv, and no calibration");
-    }
-    if (!command.dynamic && command.calibration.empty()) {
-        throw InputError("--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)");
-    }
-    if (command.dynamic && !command.stage_from.empty()) {
-        throw InputError("--stage-from: not with --dynamic");
-    }
-    if (!command.dynamic && command.time_offset_s) {
-        throw InputError("--time-offset requires --dynamic");
-    }
+    refuse_if(command.dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures),
+              "--dynamic takes two files, TRUTH.csv and POSES.csv, and no calibration");
+    refuse_if(!command.dynamic && command.calibration.empty(),
+              "--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)");
+    refuse_if(command.dynamic && !command.stage_from.empty(), "--stage-from: not with --dynamic");
+    refuse_if(!command.dynamic && command.time_offset_s, "--time-offset requires --dynamic");
 }
 
 /// Sets the errors of the stage that the evaluation removes. Returns their origin.
@@ -147,14 +141,10 @@ std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile&
         return calibration.stage_errors.is_ideal() ? "none" : "from the calibration";
     }
     const CalibrationFile other = read_calibration(command.stage_from);
-    if (other.stage_errors.is_ideal()) {
-        throw InputError(command.stage_from +
-                         ": has no errors of the stage; make it with tricoil calibrate stage --stage turning or room");
-    }
-    if (!calibration.source_stage.empty() && other.stage_turns_left_handed != calibration.stage_turns_left_handed) {
-        throw InputError(command.stage_from +
-                         ": its stage counts angles in the opposite sense; use a calibration of the same stage");
-    }
+    refuse_if(other.stage_errors.is_ideal(),
+              "{}: has no errors of the stage; make it with tricoil calibrate stage --stage turning or room", command.stage_from);
+    refuse_if(!calibration.source_stage.empty() && other.stage_turns_left_handed != calibration.stage_turns_left_handed,
+              "{}: its stage counts angles in the opposite sense; use a calibration of the same stage", command.stage_from);
     calibration.stage_errors = {other.stage_errors.turning, other.stage_errors.room, Mat3<double>::Zero()};
     return "from " + command.stage_from;
 }
@@ -166,15 +156,13 @@ int evaluate_command(const EvaluateCommand& command) {
     }
     const auto solver = static_cast<EvaluationSolver>(index_of_name("solver", command.solver, kSolvers));
     CalibrationFile calibration = read_calibration(command.calibration);
-    if (solver == EvaluationSolver::direct && !calibration.surroundings.empty()) {
-        throw InputError("--solver direct: does not use the surroundings of the calibration; use refined");
-    }
+    refuse_if(solver == EvaluationSolver::direct && !calibration.surroundings.empty(),
+              "--solver direct: does not use the surroundings of the calibration; use refined");
     auto files = read_pose_files(command.data);
     (void)correct_converters(files, calibration.calibration.converters);
     remove_phases_of(files, calibration.calibration.phase_rad);
-    if (calibration.source_stage.empty() && !command.refit_fixtures) {
-        throw InputError(command.calibration + ": has no fixtures (not calibrated on a stage); use --refit-fixtures");
-    }
+    refuse_if(calibration.source_stage.empty() && !command.refit_fixtures,
+              "{}: has no fixtures (not calibrated on a stage); use --refit-fixtures", command.calibration);
     const std::string stage_errors = choose_stage_errors(command, calibration);
     const bool fits_scale = command.refit_fixtures && has_free_scale(calibration);
     if (command.refit_fixtures) {

@@ -11,9 +11,7 @@
 namespace tricoil::host {
 
 int evaluate_dynamic(const DynamicOptions& options) {
-    if (options.time_offset_s && !(std::abs(*options.time_offset_s) < 1e6)) {
-        throw InputError("--time-offset must be a number of seconds");
-    }
+    refuse_if(options.time_offset_s && !(std::abs(*options.time_offset_s) < 1e6), "--time-offset must be a number of seconds");
     const auto reference = PoseStream::read(options.files.at(0));
     const auto tracker = PoseStream::read(options.files.at(1));
     const auto report = dynamic_report(tracker, reference, align_streams(tracker, reference, options.time_offset_s));

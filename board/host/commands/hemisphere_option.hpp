@@ -11,9 +11,8 @@ namespace tricoil::host {
 /// Throws InputError unless the numbers are a direction.
 inline Vec3<double> hemisphere_of(const std::vector<double>& option) {
     const Vec3<double> direction(option.at(0), option.at(1), option.at(2));
-    if (!direction.allFinite() || direction.isZero(0)) {
-        throw InputError("--hemisphere must be a direction: three finite numbers, not all zero");
-    }
+    refuse_if(!direction.allFinite() || direction.isZero(0),
+              "--hemisphere must be a direction: three finite numbers, not all zero");
     return direction;
 }
 

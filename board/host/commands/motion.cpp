@@ -54,16 +54,12 @@ bool has_own_rates(const MotionCommand& c) {
 }
 
 void check_option(const char* option, double value, double least, double largest) {
-    if (!(value >= least && value <= largest)) {
-        throw InputError(fmt::format("{} must be {} to {}; got {}", option, least, largest, value));
-    }
+    refuse_if(!(value >= least && value <= largest), "{} must be {} to {}; got {}", option, least, largest, value);
 }
 
 paper::Example make_example(const MotionCommand& c) {
-    if (c.example.empty() && !has_own_rates(c)) {
-        throw InputError(
-            "motion needs --example I|II|III|orientation|IIIo or own rates: --azimuth, --elevation, --range, --attitude");
-    }
+    refuse_if(c.example.empty() && !has_own_rates(c),
+              "motion needs --example I|II|III|orientation|IIIo or own rates: --azimuth, --elevation, --range, --attitude");
     paper::Example example;
     example.name = "own rates";
     if (!c.example.empty()) {

@@ -15,7 +15,6 @@
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
-#include "board/support/line_reader.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
@@ -43,56 +42,46 @@ std::string bytes_of(const fs::path& file) {
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The poses of a recording, or a copy of the table. Returns their number.
-std::size_t write_poses(const PlotCommand& command, const fs::path& path, const InterruptGuard& guard) {
+/// Writes the poses of a recording for the drawing program.
+void write_poses(const PlotCommand& command, const fs::path& path, const InterruptGuard& guard) {
     OutputFile file(path);
     Progress progress("plot: reading");
-    std::size_t count = 0;
     const auto write = [&](std::string_view line) {
         guard.check();
         file.write(line);
-        ++count;
     };
-    if (fs::is_directory(command.poses)) {
-        convert(Recording(command.poses), "csv", command.stages, write, progress.part(0, 1));
-    } else {
-        LineReader lines(command.poses);
-        for (std::string line; lines.next(line);) {
-            write(line + "\n");
-            progress.show(lines.share());
-        }
-    }
+    convert(Recording(command.poses), "csv", command.stages, write, progress.part(0, 1));
     file.commit();
-    return count == 0 ? 0 : count - 1;  // without the header
 }
 
 int plot(const PlotCommand& command) {
     const std::string out = command.out.empty() ? default_name(command.poses) : command.out;
     const std::string extension = out == kStandardOutput ? ".svg" : fs::path(out).extension().string();
-    if (extension != ".svg" && extension != ".png") {
-        throw InputError("--out " + out + ": must end with .svg or .png");
-    }
-    if (!fs::is_directory(command.poses)) {
-        refuse_without_output(command.stage_options, false, "a table is drawn as it is: give the folder of a recording");
-    } else {
+    refuse_if(extension != ".svg" && extension != ".png", "--out {}: must end with .svg or .png", out);
+    const bool is_recording = fs::is_directory(command.poses);
+    if (is_recording) {
         check_reference(command.stages, Recording(command.poses).sensors());
+    } else if (::access(command.poses.c_str(), R_OK) != 0) {
+        throw InputError(command.poses + ": cannot be opened; check the path and its permissions");
+    } else {
+        refuse_without_output(command.stage_options, false, "a table is drawn as it is: give the folder of a recording");
     }
     for (const auto& [is_given, option] :
          {std::pair{command.stages.boresight, "--boresight"}, {!command.stages.euler.empty(), "--euler"}}) {
-        if (is_given) {
-            throw InputError(fmt::format("{0}: a picture has no angles; use {0} of tricoil convert", option));
-        }
+        refuse_if(is_given, "{0}: a picture has no angles; use {0} of tricoil convert", option);
     }
     const InterruptGuard guard;
     const StagedFolder folder(fs::temp_directory_path() / ("tricoil-plot-" + std::to_string(::getpid())));
-    const std::size_t poses = write_poses(command, folder.path() / "poses.csv", guard);
-    const PoseUnits units = make_output_format(command.stages).units;
+    const fs::path table = is_recording ? folder.path() / "poses.csv" : fs::absolute(command.poses);
+    if (is_recording) {
+        write_poses(command, table, guard);
+    }
     const std::string picture = "poses" + extension;
-    draw(folder.path(),
-         {picture, command.poses, units.unit, fmt::to_string(units.units_per_m), fmt::format("{}", fmt::join(flag_names(), ","))},
-         guard);
+    const std::string poses =
+        draw(folder.path(), {picture, table.string(), command.poses, fmt::format("{}", fmt::join(flag_names(), ","))}, guard);
     write_whole_file(out, bytes_of(folder.path() / picture));
-    print_result({{"poses", poses}, {"out", out}}, command.json, [](const Json& r) { return fill(r, "{out}: {poses} poses\n"); });
+    print_result({{"poses", std::stoull(poses)}, {"out", out}}, command.json,
+                 [](const Json& r) { return fill(r, "{out}: {poses} poses\n"); });
     return to_int(ExitCode::fine);
 }
 

@@ -35,9 +35,7 @@ int list_scenarios(bool json) {
 }
 
 void check_vector(const std::vector<double>& v, const char* option) {
-    if (!std::isfinite(v[0] + v[1] + v[2])) {
-        throw InputError(std::string(option) + ": must be three finite numbers");
-    }
+    refuse_if(!std::isfinite(v[0] + v[1] + v[2]), "{}: must be three finite numbers", option);
 }
 
 }  // namespace
@@ -51,25 +49,17 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (command.device_option->count() > 0) {
         options.config.device = command.device;
     }
-    if (options.config.device.empty()) {
-        throw InputError(command.config + ": 'device' is missing; set it there or give --device");
-    }
+    refuse_if(options.config.device.empty(), "{}: 'device' is missing; set it there or give --device", command.config);
     refuse_fixed_method(command.options.tracker);
-    if (!command.options.samples.empty()) {
-        throw InputError("--samples: not with a device, because a device sends columns");
-    }
-    if (!command.options.couplings.empty()) {
-        throw InputError("--couplings: not with a device, whose true poses are not known");
-    }
-    if (command.options.stations != 1) {
-        throw InputError("--stations: not with a device, which has its own number of sensors");
-    }
+    refuse_if(!command.options.samples.empty(), "--samples: not with a device, because a device sends columns");
+    refuse_if(!command.options.couplings.empty(), "--couplings: not with a device, whose true poses are not known");
+    refuse_if(command.options.stations != 1, "--stations: not with a device, which has its own number of sensors");
     if (command.options.tracker != "direct" || command.config.empty()) {
         options.config.method = command.options.tracker;
     }
     if (prediction_of_option(options.config.method, command.options.predict_ahead_s).count() > 0) {
-        options.config.method = fmt::format("{},predict_s={}", options.config.method.substr(0, options.config.method.find(',')),
-                                            command.options.predict_ahead_s);
+        options.config.method =
+            fmt::format("{},predict_s={}", name_of_choice(options.config.method), command.options.predict_ahead_s);
     }
     if (!command.options.hemisphere.empty()) {
         const auto& h = command.options.hemisphere;
@@ -80,9 +70,8 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (!command.options.out_csv.empty()) {
         options.config.csv = command.options.out_csv;
     }
-    if (duration_given && !(std::isfinite(command.duration_s) && command.duration_s > 0)) {
-        throw InputError("--duration must be a positive number of seconds");
-    }
+    refuse_if(duration_given && !(std::isfinite(command.duration_s) && command.duration_s > 0),
+              "--duration must be a positive number of seconds");
     if (!command.options.calibration.empty()) {
         options.config.calibration = command.options.calibration;
     }
@@ -106,13 +95,10 @@ void check_json_lines(const RunCommand& command) {
     if (command.json_lines.empty()) {
         return;
     }
-    if (command.json_lines != kStandardOutput) {
-        throw InputError(
-            fmt::format("--json-lines {}: must be - (standard output); tricoil serve has tcp: and udp:", command.json_lines));
-    }
-    if (command.options.out_csv == kStandardOutput) {
-        throw InputError("--json-lines - and --out - exclude each other: both write to standard output");
-    }
+    refuse_if(command.json_lines != kStandardOutput,
+              "--json-lines {}: must be - (standard output); tricoil serve has tcp: and udp:", command.json_lines);
+    refuse_if(command.options.out_csv == kStandardOutput,
+              "--json-lines - and --out - exclude each other: both write to standard output");
 }
 
 int run_on_device(const RunCommand& command) {

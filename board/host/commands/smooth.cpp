@@ -118,10 +118,8 @@ int smooth(const SmoothCommand& command) {
     tap.finish();
     merge.finish();
     stages->finish();
-    if (totals.poses < 2) {
-        throw InputError(
-            fmt::format("{}: has {} poses; at least two are needed: record a longer run", command.recording, totals.poses));
-    }
+    refuse_if(totals.poses < 2, "{}: has {} poses; at least two are needed: record a longer run", command.recording,
+              totals.poses);
     file->commit();
     const double count = std::max(1.0, static_cast<double>(totals.valid));
     print_result({{"recording", command.recording},

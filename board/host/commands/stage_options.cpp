@@ -25,8 +25,7 @@ std::vector<const CLI::Option*> add_stage_options(CLI::App* sub, OutputOptions& 
                     "Alignment frame from three points (nine numbers, m): origin, point on the x axis, point towards the y axis"),
                 "POINTS", 9),
         sub->add_flag("--boresight", o.boresight, "The attitude of the first valid pose of each sensor becomes zero"),
-        one_of(sub->add_option("--units", o.unit, "Unit of positions in CSV and JSON"), {"m", "mm", "cm", "in"})
-            ->capture_default_str(),
+        one_of(sub->add_option("--units", o.unit, "Unit of positions in CSV and JSON"), kLengthUnits)->capture_default_str(),
         sub->add_option("--euler", o.euler, "CSV and JSON: add Euler angles (intrinsic) in this order of axes, for example zyx")
             ->check(refuse_empty)
             ->type_name("AXES"),
@@ -36,17 +35,14 @@ std::vector<const CLI::Option*> add_stage_options(CLI::App* sub, OutputOptions& 
 void refuse_without_output(const std::vector<const CLI::Option*>& stages, bool has_output, const std::string& mend,
                            bool tip_is_published) {
     for (const CLI::Option* option : stages) {
-        if (option->count() > 0 && !has_output && !(tip_is_published && option->get_name() == "--tip")) {
-            throw InputError(fmt::format("{}: no output for its poses; {}", option->get_name(), mend));
-        }
+        refuse_if(option->count() > 0 && !has_output && !(tip_is_published && option->get_name() == "--tip"),
+                  "{}: no output for its poses; {}", option->get_name(), mend);
     }
 }
 
 void check_reference(const OutputOptions& options, int sensors, const std::string& more) {
-    if (options.relative_to < 0 || options.relative_to > sensors) {
-        throw InputError(
-            fmt::format("--relative-to {}: must be the number of a sensor, 1 to {}{}", options.relative_to, sensors, more));
-    }
+    refuse_if(options.relative_to < 0 || options.relative_to > sensors,
+              "--relative-to {}: must be the number of a sensor, 1 to {}{}", options.relative_to, sensors, more);
 }
 
 }  // namespace tricoil::host

@@ -11,6 +11,7 @@
 #include "board/command_line/word_walk.hpp"
 #include "board/host/commands/option_values.hpp"
 #include "board/linux/device_uri.hpp"
+#include "board/pose_text/pose_fields.hpp"
 #include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
@@ -121,7 +122,7 @@ UserDefaults read_user_defaults() {
         table.require(towards.allFinite() && !towards.isZero(0), "hemisphere", "must be a direction, not zero");
         defaults.hemisphere = fmt::format("{},{},{}", towards(0), towards(1), towards(2));
     }
-    defaults.units = table.has("units") ? table.choice("units", {"m", "mm", "cm", "in"}) : "";
+    defaults.units = table.has("units") ? table.choice("units", kLengthUnits) : "";
     table.finish();
     return defaults;
 }

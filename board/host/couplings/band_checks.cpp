@@ -67,21 +67,17 @@ void check_poses(const BandFiles& files, const BandModels& models, const BandRec
         }
     }
     const auto require_fit = [](const std::string& path, const std::vector<double>& misfit) {
-        if (summarise(misfit).median > kMisfit) {
-            throw InputError(
-                fmt::format("{}: the calibration does not fit these couplings (median misfit {:.0f} %); was it made for other "
-                            "coils, or are columns swapped?",
-                            path, 100 * summarise(misfit).median));
-        }
+        refuse_if(summarise(misfit).median > kMisfit,
+                  "{}: the calibration does not fit these couplings (median misfit {:.0f} %); was it made for other coils, or "
+                  "are columns swapped?",
+                  path, 100 * summarise(misfit).median);
     };
     require_fit(files.high, misfit_high);
     require_fit(files.low, misfit_low);
-    if (summarise(position).median > kPosition || summarise(rotation).median > kRotation_rad) {
-        throw InputError(
-            fmt::format("{}: its poses differ from those of {} by {:.0f} % of the range and {:.2f} rad; is the file from another "
-                        "recording, or is its calibration for other coils?",
-                        files.low, files.high, 100 * summarise(position).median, summarise(rotation).median));
-    }
+    refuse_if(summarise(position).median > kPosition || summarise(rotation).median > kRotation_rad,
+              "{}: its poses differ from those of {} by {:.0f} % of the range and {:.2f} rad; is the file from another "
+              "recording, or is its calibration for other coils?",
+              files.low, files.high, 100 * summarise(position).median, summarise(rotation).median);
 }
 
 /// Power of the low band's changes that a linear function of the high band's changes, `shift` lines later, does not explain.
@@ -137,12 +133,9 @@ void check_alignment(const BandFiles& files, const BandRecording& recording) {
             best = shift;
         }
     }
-    if (as_given > kClearer * least) {
-        throw InputError(
-            fmt::format("{}: is shifted by {} line{} against {}: its line k must be the mean over the {} lines before "
-                        "line k x {}",
-                        files.low, std::abs(best), std::abs(best) == 1 ? "" : "s", files.high, 2 * files.ratio, files.ratio));
-    }
+    refuse_if(as_given > kClearer * least,
+              "{}: is shifted by {} line{} against {}: its line k must be the mean over the {} lines before line k x {}",
+              files.low, std::abs(best), std::abs(best) == 1 ? "" : "s", files.high, 2 * files.ratio, files.ratio);
 }
 
 }  // namespace

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "board/support/coupling_text.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
 #include "core/calibration/calibration.hpp"
@@ -24,34 +23,15 @@ constexpr double kCouplingUnit = 2.0 / 250;  // the files' field has no factor 1
 
 /// Columns are coils.
 Mat3<double> coils(const std::string& path, const nlohmann::json& band, const std::string& name, const char* key) {
-    const auto refuse = [&](const char* why) { throw InputError(fmt::format("{}: '{}.{}' {}", path, name, key, why)); };
-    if (!band.contains(key)) {
-        refuse("is missing");
-    }
-    const nlohmann::json& list = band[key];
-    if (!list.is_array() || list.size() != 3) {
-        refuse("must be a list of three coils");
-    }
-    Mat3<double> m;
-    for (std::size_t coil = 0; coil < 3; ++coil) {
-        if (!list[coil].is_array() || list[coil].size() != 3) {
-            refuse("must have three numbers for each coil");
-        }
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const nlohmann::json& number = list[coil][axis];
-            if (!number.is_number() || !std::isfinite(number.get<double>())) {
-                refuse("must hold finite numbers");
-            }
-            m(static_cast<Index>(axis), static_cast<Index>(coil)) = number.get<double>();
-        }
-    }
-    return m;
+    Mat3<double> rows;
+    refuse_if(!band.contains(key) || !read_rows(band[key], rows) || !rows.allFinite(), "{}: '{}.{}' {}", path, name, key,
+              band.contains(key) ? "must hold finite numbers: three for each of three coils" : "is missing");
+    return rows.transpose();
 }
 
 field::GeneralDipole<double> band_model(const std::string& path, const nlohmann::json& root, const std::string& name) {
-    if (!root.contains(name) || !root[name].is_object()) {
-        throw InputError(fmt::format("{}: '{}' is missing; the calibration of both bands is needed", path, name));
-    }
+    refuse_if(!root.contains(name) || !root[name].is_object(), "{}: '{}' is missing; the calibration of both bands is needed",
+              path, name);
     const nlohmann::json& band = root[name];
     calibration::Calibration<double> c;
     c.model.source_offset_m = coils(path, band, name, "source_pos");
@@ -59,9 +39,7 @@ field::GeneralDipole<double> band_model(const std::string& path, const nlohmann:
     c.model.sensor_offset_m = coils(path, band, name, "sensor_pos");
     c.model.sensor_sensitivity = coils(path, band, name, "sensor_moment");
     const Status status = calibration::check(c);
-    if (!status.ok()) {
-        throw InputError(fmt::format("{}: '{}': {}", path, name, status.message()));
-    }
+    refuse_if(!status.ok(), "{}: '{}': {}", path, name, status.message());
     return c.model;
 }
 
@@ -82,24 +60,19 @@ nlohmann::json parse_json(const std::string& path, const std::string& text) {
 
 std::vector<Mat3<double>> read_couplings(const std::string& path) {
     const auto lines = read_lines(path);
-    if (lines.front() != kCouplingHeader) {
-        throw InputError(path + ":1: the header must be source1_sensor1,source1_sensor2,...,source3_sensor3");
-    }
+    refuse_if(lines.front() != kCouplingHeader, "{}:1: the header must be source1_sensor1,source1_sensor2,...,source3_sensor3",
+              path);
     std::vector<Mat3<double>> matrices;
     matrices.reserve(lines.size());
     for (std::size_t n = 1; n < lines.size(); ++n) {
         const TextPlace place{path, n + 1};
         const auto fields = split(lines[n], ',');
-        if (fields.size() != kCouplings) {
-            throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), kCouplings));
-        }
+        refuse_if(fields.size() != kCouplings, "{}: {} columns; {} are needed", place, fields.size(), kCouplings);
         const CouplingFrame couplings = parse_couplings(fields, place);
         check_couplings(couplings, place);
         matrices.push_back(couplings.x.transpose());  // the columns' order is source by source
     }
-    if (matrices.empty()) {
-        throw InputError(path + ": holds a header but no couplings");
-    }
+    refuse_if(matrices.empty(), "{}: holds a header but no couplings", path);
     return matrices;
 }
 
@@ -107,9 +80,7 @@ std::vector<Mat3<double>> read_couplings(const std::string& path) {
 
 BandModels read_band_models(const std::string& path) {
     const nlohmann::json root = parse_json(path, read_text(path, kMaxCalibrationBytes));
-    if (!root.is_object()) {
-        throw InputError(path + ": is not a JSON object with the calibrations 'high' and 'low'");
-    }
+    refuse_if(!root.is_object(), "{}: is not a JSON object with the calibrations 'high' and 'low'", path);
     return {band_model(path, root, "high"), band_model(path, root, "low")};
 }
 
@@ -118,10 +89,8 @@ BandRecording read_bands(const BandFiles& files) {
     const std::size_t high = recording.high.size();
     const std::size_t low = recording.low.size();
     const std::size_t needed = (high + files.ratio - 1) / files.ratio;
-    if (low != needed) {
-        throw InputError(fmt::format("--ratio {}: {} has {} lines, so {} must have {}, but has {}", files.ratio, files.high, high,
-                                     files.low, needed, low));
-    }
+    refuse_if(low != needed, "--ratio {}: {} has {} lines, so {} must have {}, but has {}", files.ratio, files.high, high,
+              files.low, needed, low);
     return recording;
 }
 

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
+#include "board/pose_text/pose_table.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/statistics.hpp"
 #include "board/support/text_table.hpp"
@@ -17,89 +17,34 @@ namespace tricoil::host {
 namespace {
 
 constexpr std::size_t kMinPoses = 20;
-constexpr double kQuaternionTolerance = 0.01;
 constexpr double kFarthest_m = 1000;
 constexpr double kGap = 4;  // a longer pause is a gap, in median sample intervals
-constexpr std::array<const char*, 7> kColumns{"x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"};
-
-/// Columns of the CSV file, from its header.
-struct Columns {
-    std::size_t time = 0;
-    double seconds_per_unit = 1;
-    std::array<std::size_t, kColumns.size()> pose{};
-    std::size_t valid = 0;
-    bool has_valid = false;
-    std::size_t count = 0;
-};
-
-Columns find_columns(const std::vector<std::string_view>& names, const TextPlace& place) {
-    const auto find = [&names](std::string_view name) {
-        return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-    };
-    Columns columns;
-    columns.count = names.size();
-    const std::size_t us = find("time_us");
-    columns.time = us < names.size() ? us : find("time_s");
-    columns.seconds_per_unit = us < names.size() ? 1e-6 : 1;
-    if (columns.time == names.size()) {
-        throw InputError(place.str() + ": no column time_us or time_s in the header");
-    }
-    for (std::size_t n = 0; n < kColumns.size(); ++n) {
-        columns.pose[n] = find(kColumns[n]);
-        if (columns.pose[n] == names.size()) {
-            throw InputError(
-                fmt::format("{}: no column {} in the header; poses are x_m,y_m,z_m,qw,qx,qy,qz", place.str(), kColumns[n]));
-        }
-    }
-    columns.valid = find("valid");
-    columns.has_valid = columns.valid < names.size();
-    return columns;
-}
-
-TimedPose parse_pose(const std::vector<std::string_view>& fields, const Columns& columns, const TextPlace& place) {
-    std::array<double, kColumns.size()> v{};
-    for (std::size_t n = 0; n < v.size(); ++n) {
-        v[n] = parse_number(fields[columns.pose[n]], place);
-    }
-    const Quat<double> q(v[3], v[4], v[5], v[6]);
-    if (std::abs(q.norm() - 1) > kQuaternionTolerance) {
-        throw InputError(fmt::format("{}: quaternion has length {:.3f}, not 1", place.str(), q.norm()));
-    }
-    const Vec3<double> position(v[0], v[1], v[2]);
-    if (!(position.cwiseAbs().maxCoeff() <= kFarthest_m)) {
-        throw InputError(
-            fmt::format("{}: position {:g} m away; positions must be in metres", place.str(), position.cwiseAbs().maxCoeff()));
-    }
-    return {columns.seconds_per_unit * parse_number(fields[columns.time], place), position, q.normalized()};
-}
 
 }  // namespace
 
 PoseStream PoseStream::read(const std::string& path) {
-    const auto lines = read_lines(path);
-    const Columns columns = find_columns(split(lines.front(), ','), {path, 1});
+    PoseTable table(path, read_lines(path));
+    const bool has_us = table.has("time_us");
+    refuse_if(!has_us && !table.has("time_s"), "{}:1: no column time_us or time_s in the header", path);
     std::vector<TimedPose> poses;
-    for (std::size_t n = 1; n < lines.size(); ++n) {
-        const TextPlace place{path, n + 1};
-        const auto fields = split(lines[n], ',');
-        if (fields.size() != columns.count) {
-            throw InputError(fmt::format("{}: {} fields; the header has {}", place.str(), fields.size(), columns.count));
-        }
-        if (columns.has_valid && parse_number(fields[columns.valid], place) == 0) {
+    while (table.next()) {
+        if (table.number("valid", 1) == 0) {
             continue;
         }
-        poses.push_back(parse_pose(fields, columns, place));
-        if (poses.size() > 1 && !(poses.back().time_s > poses[poses.size() - 2].time_s)) {
-            throw InputError(place.str() + ": time does not increase");
+        const double time_s = has_us ? 1e-6 * table.number("time_us") : table.number("time_s");
+        poses.push_back({time_s, table.position_m(), table.attitude()});
+        if (const double farthest_m = poses.back().position_m.cwiseAbs().maxCoeff(); !(farthest_m <= kFarthest_m)) {
+            throw InputError(fmt::format("{}: position {:g} m away; is its unit right?", table.where(), farthest_m));
+        }
+        if (poses.size() > 1 && !(time_s > poses[poses.size() - 2].time_s)) {
+            throw InputError(table.where() + ": time does not increase");
         }
     }
     return {std::move(poses), path};
 }
 
 PoseStream::PoseStream(std::vector<TimedPose> poses, const std::string& name) : poses_(std::move(poses)) {
-    if (poses_.size() < kMinPoses) {
-        throw InputError(fmt::format("{}: {} valid poses; at least {} are needed", name, poses_.size(), kMinPoses));
-    }
+    refuse_if(poses_.size() < kMinPoses, "{}: {} valid poses; at least {} are needed", name, poses_.size(), kMinPoses);
     for (std::size_t n = 1; n < poses_.size(); ++n) {
         poses_[n].q = geometry::with_sign_of(poses_[n].q, poses_[n - 1].q);
     }

@@ -26,9 +26,9 @@ struct MovingPose {
 /// Samples in time order. Consecutive quaternions have a positive scalar product.
 class PoseStream {
 public:
-    /// Reads a CSV file with a header: time_us or time_s, x_m, y_m, z_m, qw, qx, qy, qz in any order. Lines with valid = 0 and
-    /// other columns are ignored. Throws InputError, naming file and line: missing columns, invalid numbers, time that does not
-    /// increase, a quaternion far from unit length, a position beyond 1 km, fewer than 20 poses.
+    /// Reads a PoseTable with time_us or time_s. Lines with valid = 0 and other columns are ignored. Throws InputError, naming
+    /// file and line: missing columns, invalid numbers, time that does not increase, a quaternion far from unit length, a
+    /// position beyond 1 km, fewer than 20 poses.
     static PoseStream read(const std::string& path);
 
     /// From poses in time order. Throws InputError like read(); `name`: for messages.

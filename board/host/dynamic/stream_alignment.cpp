@@ -117,15 +117,11 @@ double best_offset(const PoseStream& tracker, const PoseStream& reference) {
     search(-kLargestOffset_s, kLargestOffset_s, kCoarseOffset_s);
     const double near = best;
     search(near - kCoarseOffset_s, near + kCoarseOffset_s, kOffsetStep_s);
-    if (highest < 0) {
-        throw InputError("the streams overlap by less than 1 s at all offsets within 2 s, or their poses do not rotate");
-    }
-    if (highest < kMinCorrelation) {
-        throw InputError(fmt::format(
-            "the angular speeds of the two streams do not agree (correlation at most {:.2f} within 2 s): different motions, or "
-            "clocks more than 2 s apart; give --time-offset",
-            highest));
-    }
+    refuse_if(highest < 0, "the streams overlap by less than 1 s at all offsets within 2 s, or their poses do not rotate");
+    refuse_if(highest < kMinCorrelation,
+              "the angular speeds of the two streams do not agree (correlation at most {:.2f} within 2 s): different motions, or "
+              "clocks more than 2 s apart; give --time-offset",
+              highest);
     return best;
 }
 
@@ -224,13 +220,11 @@ void refuse_different_motions(const PoseStream& tracker, const std::vector<std::
     for (std::size_t n = 0; n < samples.size(); ++n) {
         left += r.segment<3>(static_cast<Index>(6 * n)).squaredNorm();
     }
-    if (!(left <= kLargestResidual * kLargestResidual * spread)) {
-        throw InputError(fmt::format(
-            "no coordinate frames align the two streams: {:.1f} mm of {:.1f} mm of motion remain; are these files of the "
-            "same motion?",
-            1e3 * std::sqrt(left / static_cast<double>(samples.size())),
-            1e3 * std::sqrt(spread / static_cast<double>(samples.size()))));
-    }
+    refuse_if(!(left <= kLargestResidual * kLargestResidual * spread),
+              "no coordinate frames align the two streams: {:.1f} mm of {:.1f} mm of motion remain; are these files of the same "
+              "motion?",
+              1e3 * std::sqrt(left / static_cast<double>(samples.size())),
+              1e3 * std::sqrt(spread / static_cast<double>(samples.size())));
 }
 
 Corrections refine(const Residuals& residuals) {
@@ -267,17 +261,14 @@ StreamAlignment align_streams(const PoseStream& tracker, const PoseStream& refer
     StreamAlignment alignment;
     alignment.time_offset_s = given_offset_s ? *given_offset_s : best_offset(tracker, reference);
     const auto samples = chosen(tracker, reference, alignment.time_offset_s, given_offset_s ? 0 : 2 * kOffsetStep_s);
-    if (samples.size() < 20) {
-        throw InputError("the two streams overlap in fewer than 20 poses; check the times or --time-offset");
-    }
+    refuse_if(samples.size() < 20, "the two streams overlap in fewer than 20 poses; check the times or --time-offset");
     solve_attitudes(tracker, reference, samples, alignment);
     solve_positions(tracker, reference, samples, alignment);
     const Residuals residuals{&tracker, &reference, &samples, alignment, given_offset_s.has_value()};
     const Corrections x = refine(residuals);
     const StreamAlignment found = residuals.moved(x);
-    if (!given_offset_s && std::abs(found.time_offset_s) > kLargestOffset_s + kCoarseOffset_s) {
-        throw InputError("the clocks are more than 2 s apart; give --time-offset");
-    }
+    refuse_if(!given_offset_s && std::abs(found.time_offset_s) > kLargestOffset_s + kCoarseOffset_s,
+              "the clocks are more than 2 s apart; give --time-offset");
     refuse_different_motions(tracker, samples, residuals, x);
     return found;
 }

@@ -32,9 +32,7 @@ std::vector<NamedMotion> recorded_motions(const fs::path& recordings, const Inte
             files.push_back(entry.path());
         }
     }
-    if (files.empty()) {
-        throw InputError(fmt::format("no .traj files in {}; give another folder with --hand-motion", recordings.string()));
-    }
+    refuse_if(files.empty(), "no .traj files in {}; give another folder with --hand-motion", recordings.string());
     std::sort(files.begin(), files.end());
     std::vector<NamedMotion> motions;
     for (const fs::path& file : files) {

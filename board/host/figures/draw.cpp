@@ -89,7 +89,8 @@ int run(const char* python, const fs::path& folder, std::vector<std::string> wor
 
 }  // namespace
 
-void draw(const fs::path& folder, const std::vector<std::string>& words, const InterruptGuard& guard, const ShowShare& progress) {
+std::string draw(const fs::path& folder, const std::vector<std::string>& words, const InterruptGuard& guard,
+                 const ShowShare& progress) {
     const auto show_progress = [&] {
         const auto drawn = std::ranges::count_if(words, [&](const std::string& word) { return fs::exists(folder / word); });
         if (progress && drawn > 0) {  // the last of them is not complete
@@ -100,14 +101,13 @@ void draw(const fs::path& folder, const std::vector<std::string>& words, const I
     if (status == kHasNoMatplotlib && fs::exists(kSystemPython)) {  // python3 is one of the user's: the packages are the system's
         status = run(kSystemPython, folder, words, guard, show_progress);
     }
-    const std::string message = last_line(folder / kLog);
+    std::string message = last_line(folder / kLog);
     fs::remove(folder / kLog);
-    if (status == kIsNotInstalled) {
-        throw InputError("python3 is not installed: install the packages python3 and python3-matplotlib");
-    }
+    refuse_if(status == kIsNotInstalled, "python3 is not installed: install the packages python3 and python3-matplotlib");
     if (status != 0) {
         throw InputError(status == kHasMessage || status == kHasNoMatplotlib ? message : "python3 cannot draw: " + message);
     }
+    return message;
 }
 
 void draw_and_publish(StagedFolder& folder, const std::string& target, const std::vector<std::string>& pictures,

@@ -31,9 +31,8 @@ MetalError error_beside(const sim::Material& material, const Vec3<double>& place
     metal.tune({kCarrier_hz});
     const Mat3<double> field = sim::unit_dipole_field(kSensor_m) + metal.field(kSensor_m, 0, 0)[0].real();
     const auto solution = solver::solve_direct<double>(0.5 * field, 1);  // coupling constant 1 m^3: (6) with unit moments
-    const double along = solution->direction.dot(kSensor_m) < 0 ? -1 : 1;
     const double hidden = tracking::kHiddenShare * std::sqrt(solution->misfit_squared / 3);
-    return {(along * solution->range_m * solution->direction - kSensor_m).norm(),
+    return {(solution->position_towards(kSensor_m) - kSensor_m).norm(),
             tracking::position_deviation(solution->strength, solution->range_m, hidden)};
 }
 

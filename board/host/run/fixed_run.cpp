@@ -8,9 +8,7 @@ namespace tricoil::host {
 namespace {
 
 void refuse(bool asked, const RunOptions& options, const char* what) {
-    if (asked) {
-        throw InputError(std::string(what) + ": not with --tracker " + options.tracker);
-    }
+    refuse_if(asked, "{}: not with --tracker {}", what, options.tracker);
 }
 
 template <typename T>
@@ -22,8 +20,8 @@ T value_of(const Result<T>& result) {
 }
 
 template <typename T>
-void put(std::ofstream& file, const T* from, std::size_t count) {
-    file.write(reinterpret_cast<const char*>(from), static_cast<std::streamsize>(count * sizeof(T)));
+void put(OutputFile& file, const T* from, std::size_t count) {
+    file.write({reinterpret_cast<const char*>(from), count * sizeof(T)});  // NOLINT: bytes as such
 }
 
 }  // namespace
@@ -75,19 +73,9 @@ Status FixedLink::do_send(const fixed::PoseEstimate& estimate) {
 
 SampleRecorder::SampleRecorder(const std::string& path, const fixed::ChainParams& params, hal::CoilSampler& sampler,
                                const hal::Clock& clock)
-    : path_(path), file_(path, std::ios::binary), sampler_(sampler), clock_(clock) {
+    : file_(path), sampler_(sampler), clock_(clock) {
     const fixed::RecordHead head = fixed::head_of(params);
     put(file_, &head, 1);
-    if (!file_) {
-        throw InputError("--samples " + path + ": cannot be written");
-    }
-}
-
-void SampleRecorder::close() {
-    file_.close();
-    if (!file_) {
-        throw DeviceError("--samples " + path_ + ": not all samples could be written");
-    }
 }
 
 Status SampleRecorder::do_poll(SampleBlock& block) {

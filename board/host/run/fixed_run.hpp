@@ -1,12 +1,12 @@
 // Parts of a simulated run with an integer tracker.
 #pragma once
 
-#include <fstream>
 #include <functional>
 #include <string>
 
 #include "board/app/fixed_chain.hpp"
 #include "board/host/run/simulated_run.hpp"
+#include "board/support/output_file.hpp"
 #include "core/fixed/sample_record.hpp"
 #include "hal/clock.hpp"
 #include "hal/coil_driver.hpp"
@@ -39,19 +39,18 @@ private:
 /// on.
 class SampleRecorder final : public hal::CoilSampler {
 public:
-    /// Throws InputError if the file cannot be written.
+    /// Throws like OutputFile; a poll, too.
     SampleRecorder(const std::string& path, const fixed::ChainParams& params, hal::CoilSampler& sampler, const hal::Clock& clock);
 
-    /// Throws DeviceError if writing failed.
-    void close();
+    /// Ends the file. Throws like OutputFile::commit().
+    void commit() { file_.commit(); }
 
 private:
     Status do_start(const signal::AcquisitionPlan& plan) override { return sampler_.start(plan); }
     Status do_poll(SampleBlock& block) override;
     void do_stop() override { sampler_.stop(); }
 
-    std::string path_;
-    std::ofstream file_;
+    OutputFile file_;
     hal::CoilSampler& sampler_;
     const hal::Clock& clock_;
 };

@@ -65,8 +65,7 @@ void RunScore::add_bound(const PoseError& error) {
     if (!blurred.ok()) {
         return;
     }
-    const double sign = blurred->direction.dot(p) < 0 ? -1 : 1;
-    const double blur = (sign * blurred->range_m * blurred->direction - p).squaredNorm();
+    const double blur = (blurred->position_towards(p) - p).squaredNorm();
     const double turn = geometry::angle_between(geometry::attitude_quaternion(blurred->attitude), error.truth.q_source_sensor);
     totals_.blur_position_m += blur;
     totals_.bound_position_m += covariance.topLeftCorner<3, 3>().trace() + blur;

@@ -25,9 +25,8 @@ constexpr int kPosesPerBound = 16;  // for runs by columns and smoothed poses: a
 
 /// The couplings of a filter are not those of one time; a calibration changes them.
 void refuse_couplings(const RunOptions& options) {
-    if (!options.couplings.empty() && (options.tracker != "direct" || !options.calibration.empty() || options.stations > 1)) {
-        throw InputError("--couplings: only with --tracker direct, one sensor and no --calibration");
-    }
+    refuse_if(!options.couplings.empty() && (options.tracker != "direct" || !options.calibration.empty() || options.stations > 1),
+              "--couplings: only with --tracker direct, one sensor and no --calibration");
 }
 
 TruePose true_pose(const sim::Pose& pose) { return {pose.position_m, pose.q_source_sensor}; }
@@ -170,9 +169,8 @@ std::optional<calibration::Calibration<double>> read_coils(const RunOptions& opt
 void run_in_double(const Run& run, RunReport& report) {
     const RunOptions& options = run.options;
     SimulatedBoard& board = run.board;
-    if (!options.samples.empty()) {
-        throw InputError("--samples: only with --tracker fixed-direct or fixed-previous; use --record for the others");
-    }
+    refuse_if(!options.samples.empty(),
+              "--samples: only with --tracker fixed-direct or fixed-previous; use --record for the others");
     const signal::AcquisitionPlan& plan = board.setup.plan;
     app::MainLoopParams<double> params = board.loop_params(options);
     const auto coils = read_coils(options, params.tracker);
@@ -206,15 +204,10 @@ void run_in_double(const Run& run, RunReport& report) {
 
 void run_in_integers(const Run& run, RunReport& report) {
     SimulatedBoard& board = run.board;
-    if (!run.options.calibration.empty()) {
-        throw InputError("--calibration: not with --tracker fixed-direct or fixed-previous; use scaat");
-    }
-    if (is_by_columns(run.options)) {
-        throw InputError("--fidelity columns: not with --tracker fixed-direct or fixed-previous, which process samples");
-    }
-    if (run.options.smooth) {
-        throw InputError("--smooth: not with --tracker fixed-direct or fixed-previous; use scaat");
-    }
+    refuse_if(!run.options.calibration.empty(), "--calibration: not with --tracker fixed-direct or fixed-previous; use scaat");
+    refuse_if(is_by_columns(run.options),
+              "--fidelity columns: not with --tracker fixed-direct or fixed-previous, which process samples");
+    refuse_if(run.options.smooth, "--smooth: not with --tracker fixed-direct or fixed-previous; use scaat");
     const auto params =
         fixed_params(run.options, run.observers, board.stations.first(), board.setup.plan, board.setup.hemisphere);
     std::optional<SampleRecorder> recorder;
@@ -226,7 +219,7 @@ void run_in_integers(const Run& run, RunReport& report) {
     app::FixedLoop loop(params, {board.clock, board.coils, sampler, link});
     run_loop(loop, run, report);
     if (recorder) {
-        recorder->close();
+        recorder->commit();
     }
     report.tracker = in_common_counters(loop.tracker().counters());
 }

@@ -22,9 +22,8 @@ int open_device(const std::string& path) {
     if (::stat(path.c_str(), &status) != 0) {
         throw DeviceError(fmt::format("--button {}: cannot be opened ({}); is it plugged in?", path, std::strerror(errno)));
     }
-    if (!S_ISCHR(status.st_mode) && !S_ISFIFO(status.st_mode)) {
-        throw InputError(fmt::format("--button {}: must be -, a terminal, a serial port or a named pipe", path));
-    }
+    refuse_if(!S_ISCHR(status.st_mode) && !S_ISFIFO(status.st_mode),
+              "--button {}: must be -, a terminal, a serial port or a named pipe", path);
     // O_RDWR: a named pipe does not end when its writer leaves.
     const int descriptor = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (descriptor < 0) {

@@ -21,9 +21,9 @@ constexpr std::size_t kLongestHttpMethod = 8;  // with the space behind it
 
 /// True if the first bytes of a client begin an HTTP request: a method and a space, at most kLongestHttpMethod bytes.
 inline bool begins_http_request(std::string_view opening) {
-    constexpr std::array<std::string_view, 9> kMethods{"GET ",   "HEAD ",    "POST ",    "PUT ",  "DELETE ",
-                                                       "PATCH ", "OPTIONS ", "CONNECT ", "TRACE "};
-    return std::any_of(kMethods.begin(), kMethods.end(), [&](std::string_view method) { return opening.starts_with(method); });
+    constexpr std::array<std::string_view, 9> kOpenings{"GET ",   "HEAD ",    "POST ",    "PUT ",  "DELETE ",
+                                                        "PATCH ", "OPTIONS ", "CONNECT ", "TRACE "};
+    return std::any_of(kOpenings.begin(), kOpenings.end(), [&](std::string_view method) { return opening.starts_with(method); });
 }
 
 constexpr std::string_view kHttpRefusal =

@@ -40,9 +40,7 @@ void make_link(const std::string& link, const std::string& name) {
     const auto status = fs::symlink_status(link, error);
     if (fs::exists(status)) {
         const bool is_ours = fs::is_symlink(status) && fs::read_symlink(link, error).string().starts_with("/dev/pts/");
-        if (!is_ours) {
-            throw InputError(link + ": exists and is not a link to a pseudo terminal; choose another path");
-        }
+        refuse_if(!is_ours, "{}: exists and is not a link to a pseudo terminal; choose another path", link);
         const fs::path other = fs::read_symlink(link, error);
         if (other != name && fs::exists(other, error)) {  // a pseudo terminal exists while it is open
             throw InputError(

@@ -16,9 +16,7 @@ namespace tricoil::host {
 
 UdpService::UdpService(std::string name, const TcpAddress& address, Encode encode)
     : name_(std::move(name)), encode_(std::move(encode)) {
-    if (std::stoi(address.port) == 0) {
-        throw InputError(fmt::format("{}: name the port of the receiver", name_));
-    }
+    refuse_if(std::stoi(address.port) == 0, "{}: name the port of the receiver", name_);
     addrinfo hints{};
     hints.ai_flags = AI_NUMERICSERV;
     hints.ai_socktype = SOCK_DGRAM;

@@ -1,17 +1,14 @@
 #include "board/host/smooth/smoothing_tap.hpp"
 
+#include "board/support/tracker_choice.hpp"
+
 namespace tricoil::host {
 
 TrackerSettings for_smoothing(TrackerSettings settings) {
-    if (auto* bands = std::get_if<tracking::DualBandParams>(&settings.tracker.method)) {
-        bands->filter = true;
-        bands->predict_ahead = Microseconds{0};
-        return settings;
-    }
-    if (!std::holds_alternative<tracking::ScaatParams<double>>(settings.tracker.method)) {
+    if (!estimates_velocity(settings.tracker.method)) {
         settings.tracker.method = tracking::ScaatParams<double>{};
     }
-    std::get<tracking::ScaatParams<double>>(settings.tracker.method).predict_ahead = Microseconds{0};
+    set_prediction(settings.tracker.method, Microseconds{0});
     return settings;
 }
 

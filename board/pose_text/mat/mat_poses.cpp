@@ -109,9 +109,7 @@ Variable names_of_flags() {
 }  // namespace
 
 void MatPoses::add(const tracking::PoseEstimate<double>& pose) {
-    if (poses_.size() == kMostPoses) {
-        throw InputError(fmt::format("a MAT file holds at most {} poses; use --to csv or mcap", kMostPoses));
-    }
+    refuse_if(poses_.size() == kMostPoses, "a MAT file holds at most {} poses; use --to csv or mcap", kMostPoses);
     poses_.push_back(pose);
 }
 

@@ -78,13 +78,10 @@ DeviceNames::DeviceNames(std::vector<std::string> names, const std::string& opti
     for (std::size_t n = 0; n < names_.size(); ++n) {
         const std::string& name = names_[n];
         const bool is_visible = std::all_of(name.begin(), name.end(), [](char c) { return c > ' ' && c <= '~'; });
-        if (name.empty() || name.size() > kLongest || !is_visible) {
-            throw InputError(fmt::format("{} {}: must have 1 to {} visible ASCII characters", option, name, kLongest));
-        }
+        refuse_if(name.empty() || name.size() > kLongest || !is_visible, "{} {}: must have 1 to {} visible ASCII characters",
+                  option, name, kLongest);
         for (std::uint8_t other = 0; other < tracking::kMaxSensors; ++other) {
-            if (other != n && of(other) == name) {
-                throw InputError(fmt::format("{} {}: is the name of sensor {} already", option, name, other + 1));
-            }
+            refuse_if(other != n && of(other) == name, "{} {}: is the name of sensor {} already", option, name, other + 1);
         }
     }
 }

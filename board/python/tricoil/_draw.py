@@ -1,13 +1,15 @@
 """Draws the pictures of the program `tricoil` from CSV files in the current folder. The program starts it, with python3 -I:
 
-_draw.py PICTURE...                             for figures and evaluate: names in PICTURES
-_draw.py poses.svg NAME UNIT UNITS_PER_M FLAGS  for plot, also poses.png: poses.csv, which messages call NAME; FLAGS: names, separated by commas
+_draw.py PICTURE...                 for figures and evaluate: names in PICTURES
+_draw.py poses.svg FILE NAME FLAGS  for plot, also poses.png: FILE, which messages call NAME; FLAGS: names, separated by commas. Prints the
+                                    number of poses
 
 Exit status 2: the last line of the standard error is a message for the user. 3: the same, matplotlib is missing.
 """
 
 import csv
 import functools
+import importlib.util
 import itertools
 import math
 import os
@@ -16,15 +18,6 @@ import sys
 
 # Its list of fonts is kept where it is for every program; no folder of settings is read or made.
 os.environ["MPLCONFIGDIR"] = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "matplotlib")
-try:
-    import matplotlib
-    import numpy as np
-    from matplotlib.figure import Figure
-    from matplotlib.ticker import MaxNLocator
-except ImportError as error:
-    print(f"python3 cannot draw ({error}): install the package python3-matplotlib", file=sys.stderr)
-    sys.exit(3)
-
 PIXELS_PER_INCH = 96
 MOST_POINTS = 4000  # of a curve of poses
 SHORTEST_BAR = 0.004  # of the time axis; a shorter one would be invisible
@@ -35,8 +28,28 @@ CALCULATED = {"color": "black", "ls": "-.", "lw": 1.1}
 DOTS = {"color": RED, "ls": "", "marker": "o", "mew": 0}
 
 
+UNITS_PER_M = {"m": 1, "mm": 1e3, "cm": 1e2, "in": 1 / 0.0254}
+
+
 class Refused(Exception):
     """A message for the user."""
+
+
+def refuse_without_libraries(reason):
+    print(f"python3 cannot draw ({reason}): install the package python3-matplotlib", file=sys.stderr)
+    sys.exit(3)
+
+
+def import_libraries():
+    """What draws takes long to load, so the input is read before."""
+    global matplotlib, np, Figure, MaxNLocator
+    try:
+        import matplotlib
+        import numpy as np
+        from matplotlib.figure import Figure
+        from matplotlib.ticker import MaxNLocator
+    except ImportError as error:
+        refuse_without_libraries(error)
 
 
 # Parts of pictures
@@ -231,14 +244,17 @@ def dynamic_errors():
 # Poses
 
 
-def read_poses(name, unit, flags):
-    """Rows of poses.csv by sensor: time_s, valid, flags, x, y, z, standard deviation and error, NaN if unknown."""
+def read_poses(file, name, flags):
+    """Unit of the positions, and rows by sensor: time_s, valid, flags, x, y, z, standard deviation and error, NaN if unknown."""
     sensors = {}
-    with open("poses.csv", encoding="utf-8", errors="replace") as lines:
+    with open(file, encoding="utf-8", errors="replace") as lines:
         header = next(lines, None)
         if header is None:
             raise Refused(f"{name}: is empty")
         at = {text.strip(): n for n, text in enumerate(header.split(","))}
+        unit = next((unit for unit in UNITS_PER_M if f"x_{unit}" in at), None)
+        if unit is None:
+            raise Refused(f"{name}:1: no column x_m; poses have x_m, y_m and z_m, or mm, cm or in instead of m")
         count = header.count(",") + 1
         for number, text in enumerate(lines, 2):
             place = f"{name}:{number}"
@@ -250,7 +266,7 @@ def read_poses(name, unit, flags):
                 field = fields[at[wanted]].strip() if wanted in at else ""
                 if not field:
                     if default is None:
-                        raise Refused(f"{place}: {wanted} is missing; give the file of run --out in metres, or the folder of a recording")
+                        raise Refused(f"{place}: {wanted} is missing; give the file of run --out, or the folder of a recording")
                     return default
                 try:
                     value = float(field)
@@ -273,7 +289,7 @@ def read_poses(name, unit, flags):
             sensors.setdefault(int(sensor), []).append((time_s, valid, bits, *position, deviation, find("error_position_m", math.nan)))
     if not any(row[1] for rows in sensors.values() for row in rows):
         raise Refused(f"{name}: has no valid pose to draw")
-    return {sensor: np.array(sensors[sensor], dtype=float) for sensor in sorted(sensors)}
+    return unit, sensors
 
 
 def reduced(poses):
@@ -317,11 +333,10 @@ def flag_bars(axes, sensors, flags, time_range):
     panel(axes, "Flags", "Time (s)", "")
 
 
-def poses_picture(name, unit, units_per_m, flags):
+def poses_picture(unit, rows_of_sensors, flags):
     """Path from above and from the side, position error or standard deviation, and flags over time."""
-    flags = flags.split(",")
-    sensors = read_poses(name, unit, flags)
-    units_per_m = float(units_per_m)
+    sensors = {sensor: np.array(rows, dtype=float) for sensor, rows in sorted(rows_of_sensors.items())}
+    units_per_m = UNITS_PER_M[unit]
     curves = {sensor: reduced(poses) for sensor, poses in sensors.items()}
     every = np.concatenate(list(sensors.values()))
     lows, highs = np.nanmin(every[:, 3:6], axis=0), np.nanmax(every[:, 3:6], axis=0)
@@ -361,6 +376,18 @@ PICTURES = {f"{make.__name__}.svg": make for make in (fig1, fig2, fig3, fig4, fi
 
 
 def main():
+    for package in ("matplotlib", "numpy"):
+        if importlib.util.find_spec(package) is None:
+            refuse_without_libraries(f"No module named '{package}'")
+    if sys.argv[1].startswith("poses."):
+        picture, file, name, flags = sys.argv[1:]
+        unit, sensors = read_poses(file, name, flags.split(","))
+        pictures = {picture: functools.partial(poses_picture, unit, sensors, flags.split(","))}
+        poses = sum(map(len, sensors.values()))
+    else:
+        pictures = {name: PICTURES[name] for name in sys.argv[1:]}
+        poses = 0
+    import_libraries()
     # Of the user's settings nothing is used, so a picture is always the same.
     matplotlib.rcdefaults()
     matplotlib.rcParams.update({
@@ -368,12 +395,9 @@ def main():
         "axes.xmargin": 0.02, "figure.constrained_layout.h_pad": 0.08, "figure.constrained_layout.w_pad": 0.08, "font.size": 9.5,
         "grid.color": "#dddddd", "legend.fontsize": 9, "legend.frameon": False, "legend.handlelength": 1.6, "svg.fonttype": "none",
         "svg.hashsalt": "tricoil"})
-    if sys.argv[1].startswith("poses."):
-        pictures = {sys.argv[1]: functools.partial(poses_picture, *sys.argv[2:])}
-    else:
-        pictures = {name: PICTURES[name] for name in sys.argv[1:]}
     for name, make in pictures.items():
         make().savefig(name, dpi=PIXELS_PER_INCH, metadata={"Date": None, "Creator": None} if name.endswith(".svg") else None)
+    print(poses)
 
 
 if __name__ == "__main__":
@@ -381,4 +405,7 @@ if __name__ == "__main__":
         main()
     except Refused as refused:
         print(refused, file=sys.stderr)
+        sys.exit(2)
+    except OSError as error:
+        print(f"{error.filename}: cannot be read or written ({error.strerror})", file=sys.stderr)
         sys.exit(2)

@@ -79,14 +79,10 @@ void read_path(CheckedTable& table, sim::MetalObject& object) {
 /// KEY=VALUE as a TOML value: a text, a number, or numbers separated by '/'.
 void insert_argument(toml::table& table, const std::string& argument, const std::string& text) {
     const auto equals = argument.find('=');
-    if (equals == std::string::npos) {
-        throw InputError("fault '" + text + "': '" + argument + "' is not KEY=VALUE, as radius_m=0.05");
-    }
+    refuse_if(equals == std::string::npos, "fault '{}': '{}' is not KEY=VALUE, as radius_m=0.05", text, argument);
     const std::string key = argument.substr(0, equals);
     const std::string value = argument.substr(equals + 1);
-    if (table.contains(key)) {
-        throw InputError("fault '" + text + "': '" + key + "' is given twice");
-    }
+    refuse_if(table.contains(key), "fault '{}': '{}' is given twice", text, key);
     if (key == "material") {
         table.insert(key, value);
         return;
@@ -120,9 +116,7 @@ toml::table table_of(const std::vector<std::string>& arguments, const std::strin
         }
         return table;
     }
-    if (arguments.size() != 4) {
-        throw InputError("fault '" + text + "': give x,y,z,radius in metres, or a shape and its keys");
-    }
+    refuse_if(arguments.size() != 4, "fault '{}': give x,y,z,radius in metres, or a shape and its keys", text);
     table.insert("shape", "sphere");
     insert_argument(table, "material=aluminium", text);
     insert_argument(table, "position_m=" + arguments[0] + "/" + arguments[1] + "/" + arguments[2], text);

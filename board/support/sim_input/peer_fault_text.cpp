@@ -18,9 +18,7 @@ std::uint32_t message_number(const std::string& text, const std::string& whole) 
 
 sim::PeerFault parse_peer_fault(const std::string& text) {
     const auto at = text.find('@');
-    if (at == std::string::npos) {
-        throw InputError("fault '" + text + "' has no message numbers; write NAME@FIRST-LAST");
-    }
+    refuse_if(at == std::string::npos, "fault '{}' has no message numbers; write NAME@FIRST-LAST", text);
     sim::PeerFault fault;
     fault.kind = static_cast<sim::PeerFaultKind>(
         index_of_name("fault", text.substr(0, at),

@@ -17,9 +17,7 @@ bool is_blank(const std::string& line) { return line.find_first_not_of(" \t") ==
 
 Row parse_row(const std::string& line, const TextPlace& place) {
     const auto fields = split(line, ' ');
-    if (fields.size() != kRows) {
-        throw InputError(place.str() + ": " + std::to_string(fields.size()) + " numbers; a row of a 4x4 matrix has 4");
-    }
+    refuse_if(fields.size() != kRows, "{}: {} numbers; a row of a 4x4 matrix has 4", place, fields.size());
     Row row;
     for (int i = 0; i < kRows; ++i) {
         row(i) = parse_number(fields[static_cast<std::size_t>(i)], place);
@@ -30,13 +28,9 @@ Row parse_row(const std::string& line, const TextPlace& place) {
 sim::Pose to_pose(const Homogeneous& matrix, const TextPlace& place) {
     const Mat3<double> rotation = matrix.topLeftCorner<3, 3>();
     const double off = (rotation.transpose() * rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
-    if (off > kOrthonormalTolerance || rotation.determinant() < 0) {
-        throw InputError(place.str() +
-                         ": the matrix that ends here is not a rotation (its axes are not orthonormal and right-handed)");
-    }
-    if (matrix.row(3) != Row(0, 0, 0, 1)) {
-        throw InputError(place.str() + ": the last row of a homogeneous matrix must be 0 0 0 1");
-    }
+    refuse_if(off > kOrthonormalTolerance || rotation.determinant() < 0,
+              "{}: the matrix that ends here is not a rotation (its axes are not orthonormal and right-handed)", place);
+    refuse_if(matrix.row(3) != Row(0, 0, 0, 1), "{}: the last row of a homogeneous matrix must be 0 0 0 1", place);
     return {matrix.topRightCorner<3, 1>(), Quat<double>(rotation).normalized()};
 }
 
@@ -50,9 +44,7 @@ std::vector<sim::Pose> read_trajectory(const std::string& path) {
     for (std::size_t i = 0; i < lines.size(); ++i) {
         const TextPlace place{path, i + 1};
         if (is_blank(lines[i])) {
-            if (row != 0) {
-                throw InputError(place.str() + ": a matrix stops after " + std::to_string(row) + " of 4 rows");
-            }
+            refuse_if(row != 0, "{}: a matrix stops after {} of 4 rows", place, row);
             continue;
         }
         matrix.row(row++) = parse_row(lines[i], place);
@@ -61,12 +53,8 @@ std::vector<sim::Pose> read_trajectory(const std::string& path) {
             row = 0;
         }
     }
-    if (row != 0) {
-        throw InputError(TextPlace{path, lines.size()}.str() + ": the file ends within a matrix; it was cut off");
-    }
-    if (poses.size() < kMinPoses) {
-        throw InputError(path + ": holds " + std::to_string(poses.size()) + " poses; at least 8 are needed to fit a motion");
-    }
+    refuse_if(row != 0, "{}: the file ends within a matrix; it was cut off", TextPlace{path, lines.size()}.str());
+    refuse_if(poses.size() < kMinPoses, "{}: holds {} poses; at least 8 are needed to fit a motion", path, poses.size());
     return poses;
 }
 

@@ -27,10 +27,8 @@ SerialPlace parse_serial(const std::string& text) {
     if (colon != std::string::npos) {
         place.path = text.substr(0, colon);
         place.baud = number_from<int>(std::string_view(text).substr(colon + 1)).value_or(0);
-        if (!is_baud(place.baud)) {
-            throw InputError(fmt::format(
-                "{} serial:{}: the speed must be 2400, 4800, 9600, 19200, 38400, 57600, 115200 or 230400", kOption, text));
-        }
+        refuse_if(!is_baud(place.baud), "{} serial:{}: the speed must be 2400, 4800, 9600, 19200, 38400, 57600, 115200 or 230400",
+                  kOption, text);
     }
     return place;
 }

@@ -37,10 +37,8 @@ private:
 
 Output make_output(const std::string& where, const PoseUnits& units) {
     const bool is_udp = where.starts_with("udp:");
-    if (!is_udp && !where.starts_with("tcp:")) {
-        throw InputError(
-            fmt::format("{} {}: must be tcp:[ADDRESS:]PORT, udp:[HOST:]PORT or - (standard output)", kOption, where));
-    }
+    refuse_if(!is_udp && !where.starts_with("tcp:"), "{} {}: must be tcp:[ADDRESS:]PORT, udp:[HOST:]PORT or - (standard output)",
+              kOption, where);
     const TcpAddress address = parse_tcp_address(kOption, where.substr(4));
     if (is_udp) {
         const std::string text = "udp:" + address.text(std::stoi(address.port));

@@ -104,9 +104,8 @@ nlohmann::json RecordingLibrary::list() const {
 
 Recording RecordingLibrary::open(const std::string& name, const std::function<void()>& each_block) const {
     std::error_code error;
-    if (folder_.empty() || !is_recording_name(name) || !fs::is_directory(fs::path(folder_) / name, error)) {
-        throw InputError("there is no recording of this name in the folder of --record-folder");
-    }
+    refuse_if(folder_.empty() || !is_recording_name(name) || !fs::is_directory(fs::path(folder_) / name, error),
+              "there is no recording of this name in the folder of --record-folder");
     try {
         return Recording((fs::path(folder_) / name).string(), each_block);
     } catch (const std::exception& failure) {

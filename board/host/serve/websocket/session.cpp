@@ -79,10 +79,8 @@ void check_origin(const std::string& origin) {
     const bool has_host = scheme_end != std::string::npos && scheme_end > 0 && scheme_end + 3 < origin.size();
     const std::string_view host = has_host ? std::string_view(origin).substr(scheme_end + 3) : std::string_view();
     const bool is_plain = std::all_of(origin.begin(), origin.end(), [](char c) { return c > ' ' && c <= '~'; });
-    if (origin != "null" && (!has_host || !is_plain || host.find('/') != std::string_view::npos)) {
-        throw InputError(
-            fmt::format("--allow-origin {}: must be an origin as in http://localhost:3000, without a path, or null", origin));
-    }
+    refuse_if(origin != "null" && (!has_host || !is_plain || host.find('/') != std::string_view::npos),
+              "--allow-origin {}: must be an origin as in http://localhost:3000, without a path, or null", origin);
 }
 
 Session::Session(Stream& stream, const std::vector<std::string>& origins, PoseUnits units)
