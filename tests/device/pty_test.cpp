@@ -27,6 +27,22 @@ TEST_F(Pty, PosesAreRelativeToTheReference) {
     EXPECT_TRUE(valid_rows(table(in("absent.csv"))).empty());  // the device has no second sensor
 }
 
+/// At once, not after the watchdog of five seconds.
+TEST_F(Pty, CoilsAreOffAfterARun) {
+    plug_in("--duration 20");
+    ASSERT_EQ(tricoil("run --device " + device + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
+    ASSERT_EQ(tricoil("device watch --json --duration 0.5 " + device), 0) << err;
+    int statuses = 0;
+    for (const std::string& line : lines(out)) {
+        const json message = json::parse(line);
+        if (message["message"] == "status") {
+            EXPECT_EQ(message["device_state"], 0) << line;
+            ++statuses;
+        }
+    }
+    EXPECT_GE(statuses, 2);
+}
+
 TEST_F(Pty, JsonLinesHoldPosesAlone) {
     plug_in("--duration 10");
     ASSERT_EQ(tricoil("run --json-lines - --device " + device + " --duration 1 --out " + in("poses.csv")), 0) << err;
