@@ -7,8 +7,6 @@
 
 namespace tricoil {
 
-// Square matrices: dense_algebra_square.cpp.
-
 /// A = vectors diag(values) vectors^T, values in ascending order.
 struct SymmetricEigen {
     Eigen::VectorXd values;
@@ -32,8 +30,6 @@ Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& a);
 
 /// Solution X of A X = B with an invertible A.
 Eigen::MatrixXcd solve(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
-
-// Fits: dense_algebra_fit.cpp.
 
 /// Moore-Penrose inverse; the rank is that of rounded numbers.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);

@@ -10,6 +10,9 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/cli/cli_runner.hpp"
 
@@ -190,16 +193,15 @@ TEST_F(Faults, AnOlderFileOutlivesAFailure) {
 
 TEST_F(Faults, RecordingOnAFailingDiskIsReported) {
     const std::string folder = path_in_temp("failing");
-    for (const std::string& path : {folder, folder + "/inputs.csv"}) {
-        for (const std::string call : {"open", "write", "fsync", "rename"}) {
-            if (call == "rename" && path != folder) {  // the journals are never renamed
-                continue;
-            }
-            fs::remove_all(folder);
-            const auto result =
-                tricoil_with_fault("run --scenario still --duration 1 --json --record " + folder, call, 1, EIO, path);
-            EXPECT_TRUE(result.exit_code == 2 || result.exit_code == 3) << path << call << result.exit_code << result.err;
-        }
+    const std::string journal = folder + "/inputs.csv";  // never renamed
+    const std::vector<std::pair<std::string, std::string>> faults = {{"open", folder},   {"write", folder}, {"fsync", folder},
+                                                                     {"rename", folder}, {"open", journal}, {"write", journal},
+                                                                     {"fsync", journal}};
+    for (const auto& [call, path] : faults) {
+        fs::remove_all(folder);
+        const auto result = tricoil_with_fault("run --scenario still --duration 1 --json --record " + folder, call, 1, EIO, path);
+        EXPECT_TRUE(result.exit_code == 2 || result.exit_code == 3)
+            << call << " " << path << ": " << result.exit_code << result.err;
     }
 }
 

@@ -43,7 +43,7 @@ set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 add_library(tricoil_options INTERFACE)
 target_compile_options(tricoil_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wdouble-promotion -Wconversion -Wno-sign-conversion)
 target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
-# GCC collects garbage rarely: less processor time, up to 1.2 GB of memory per compiler. With little memory (TRICOIL_SMALL_MEMORY) it
+# GCC collects garbage rarely: less processor time, up to 1.1 GB of memory per compiler. With little memory (TRICOIL_SMALL_MEMORY) it
 # collects often, and UnitSizes.cmake makes units smaller: 700 MB, a third more processor time. The programs are the same.
 cmake_host_system_information(RESULT memory_mb QUERY TOTAL_PHYSICAL_MEMORY)
 set(group_bytes max)

@@ -1,5 +1,4 @@
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <cmath>
 
@@ -7,24 +6,6 @@
 #include "sim/dense_algebra.hpp"
 
 namespace tricoil {
-
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) {
-    return Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(a).pseudoInverse();
-}
-
-Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
-    constexpr double kRankTolerance =
-        1e-10;  // rotations of a stage are read with five decimals, so rounding must not increase the rank
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
-    decomposition.setThreshold(kRankTolerance);
-    decomposition.compute(a);
-    return decomposition.solve(b);
-}
-
-Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& a) {
-    const Eigen::MatrixXd q = a.householderQr().householderQ();
-    return q.rightCols(a.rows() - a.cols());
-}
 
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) { return Eigen::JacobiSVD<Eigen::MatrixXd>(a).singularValues(); }
 
