@@ -230,6 +230,26 @@ TEST_F(Pty, CapturedBlocksDemodulateToASensor) {
     EXPECT_EQ(analysis["sensor_present"], true);
     EXPECT_EQ(analysis["repeats"], 3);
     EXPECT_GT(analysis["determinant"], 0);
+    EXPECT_EQ(analysis["reference_channel"], 3);
+}
+
+/// Every code of the first block, in its channel.
+TEST_F(Pty, CapturedCodesAreThoseOfTheConverters) {
+    plug_in("--duration 4 --scenario still");
+    ASSERT_EQ(tricoil("device capture --repeats 2 --out " + in("capture.csv") + " " + device), 0) << err;
+    sim::FrontEndParams params;
+    params.scenario = std::make_shared<sim::Scenario>(host::load_scenario("still", 1));
+    sim::ColumnSource source(params);
+    const auto block = source.sample(Excitation::s1);
+    ASSERT_TRUE(block);
+    const CsvTable captured = table(in("capture.csv"));
+    ASSERT_GE(captured.rows(), block->samples.size());
+    for (std::size_t n = 0; n < block->samples.size(); ++n) {
+        ASSERT_EQ(captured.text(n, "state"), "S1");
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            ASSERT_EQ(captured.text(n, "adc" + std::to_string(c)), std::to_string(block->samples[n][c])) << n;
+        }
+    }
 }
 
 TEST_F(Pty, NextCommandOfACaptureQuotesItsFile) {
