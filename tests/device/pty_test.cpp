@@ -141,7 +141,7 @@ TEST_F(Pty, SecondProgramGetsLineInUse) {
     ASSERT_TRUE(eventually([&] { return rows() > 100; }));
     const std::string at_the_start = read_text(in("first.err"));  // on a busy machine it may have waited for an answer
     EXPECT_TRUE(at_the_start.empty() || at_the_start.find("no answer yet") != std::string::npos) << at_the_start;
-    EXPECT_EQ(tricoil("run --wait 0.5 --device " + device), 3);
+    EXPECT_EQ(tricoil("run --wait 0.5 --duration 1 --device " + device), 3);
     EXPECT_THAT(err, ::testing::HasSubstr("another program uses it"));
     EXPECT_EQ(err.find("another program"), err.rfind("another program")) << "the reason is printed once: " << err;
     const auto before = rows();
