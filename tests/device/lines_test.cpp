@@ -126,6 +126,19 @@ TEST_F(Lines, AreOffAfterSigtermAndTheEnableDropsAfterSigkill) {
     }
 }
 
+TEST_F(Lines, AreOffWhileTheDeviceIsAway) {
+    const test::GpioTrace trace;
+    Program peer(front_end(watched() + kPatientEnable + "--duration 60"));
+    Program tracker(tricoil(config()));
+    ASSERT_TRUE(test::eventually([] { return test::lines(test::read_text("/run/poses.csv")).size() > 50; })) << complaints();
+    peer.send(SIGKILL);
+    peer.wait();
+    test::pause_ms(100);  // until its last columns are read: from one coil to the next all are off for a moment
+    EXPECT_TRUE(test::eventually([&] { return test::lines_on(trace.changes()).at_end == 0; })) << complaints();
+    tracker.send(SIGTERM);
+    EXPECT_EQ(tracker.wait(), 0) << "the program looked for the device: " << complaints();
+}
+
 TEST_F(Lines, AreOffAfterEveryEndOfTheOutput) {
     const auto ends = [&](const std::string& command, bool by_signal, const std::string& what) {
         const test::GpioTrace trace;

@@ -16,6 +16,25 @@ TEST_F(Loop, SecondDeviceSwitchesTheCoilsOff) {
     EXPECT_EQ(coils.state, Excitation::off);
 }
 
+TEST_F(Loop, ALostLinkSwitchesTheCoilsOff) {
+    port.is_unplugged = true;
+    loop->step();
+    EXPECT_EQ(coils.state, Excitation::off);
+}
+
+/// While the loop looks for it again, coils stay off.
+TEST_F(Loop, ASilentDeviceSwitchesTheCoilsOff) {
+    port.is_silent = true;
+    const auto begin = std::chrono::steady_clock::now();
+    while (coils.state != Excitation::off && std::chrono::steady_clock::now() - begin < std::chrono::seconds(5)) {
+        loop->step();
+    }
+    for (int n = 0; n < 20; ++n) {
+        EXPECT_EQ(coils.state, Excitation::off);
+        loop->step();
+    }
+}
+
 TEST_F(Loop, OneHeartbeatPerAcceptedColumn) {
     const int before = heartbeat.beats;
     for (std::uint32_t n = 0; n < 10; ++n) {
@@ -40,6 +59,15 @@ TEST_F(Loop, FloodDoesNotBlockTheLoop) {
 
 TEST_F(Loop, StopsWithTheCoilsOff) {
     loop->stop();
+    EXPECT_EQ(coils.state, Excitation::off);
+}
+
+/// Coils that are on before go off.
+TEST_F(Loop, BeginsAndEndsWithTheCoilsOff) {
+    loop.reset();
+    EXPECT_EQ(coils.state, Excitation::off);
+    ASSERT_TRUE(static_cast<hal::CoilDriver&>(coils).excite(Excitation::s2).ok());
+    loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [](const tracking::PoseEstimate<double>&) {});
     EXPECT_EQ(coils.state, Excitation::off);
 }
 

@@ -27,6 +27,22 @@ TEST_F(Pty, PosesAreRelativeToTheReference) {
     EXPECT_TRUE(valid_rows(table(in("absent.csv"))).empty());  // the device has no second sensor
 }
 
+/// At once, not after the watchdog of five seconds.
+TEST_F(Pty, CoilsAreOffAfterARun) {
+    plug_in("--duration 20");
+    ASSERT_EQ(tricoil("run --device " + device + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
+    ASSERT_EQ(tricoil("device watch --json --duration 0.5 " + device), 0) << err;
+    int statuses = 0;
+    for (const std::string& line : lines(out)) {
+        const json message = json::parse(line);
+        if (message["message"] == "status") {
+            EXPECT_EQ(message["device_state"], 0) << line;
+            ++statuses;
+        }
+    }
+    EXPECT_GE(statuses, 2);
+}
+
 TEST_F(Pty, JsonLinesHoldPosesAlone) {
     plug_in("--duration 10");
     ASSERT_EQ(tricoil("run --json-lines - --device " + device + " --duration 1 --out " + in("poses.csv")), 0) << err;
@@ -125,7 +141,7 @@ TEST_F(Pty, SecondProgramGetsLineInUse) {
     ASSERT_TRUE(eventually([&] { return rows() > 100; }));
     const std::string at_the_start = read_text(in("first.err"));  // on a busy machine it may have waited for an answer
     EXPECT_TRUE(at_the_start.empty() || at_the_start.find("no answer yet") != std::string::npos) << at_the_start;
-    EXPECT_EQ(tricoil("run --wait 0.5 --device " + device), 3);
+    EXPECT_EQ(tricoil("run --wait 0.5 --duration 1 --device " + device), 3);
     EXPECT_THAT(err, ::testing::HasSubstr("another program uses it"));
     EXPECT_EQ(err.find("another program"), err.rfind("another program")) << "the reason is printed once: " << err;
     const auto before = rows();
@@ -214,6 +230,26 @@ TEST_F(Pty, CapturedBlocksDemodulateToASensor) {
     EXPECT_EQ(analysis["sensor_present"], true);
     EXPECT_EQ(analysis["repeats"], 3);
     EXPECT_GT(analysis["determinant"], 0);
+    EXPECT_EQ(analysis["reference_channel"], 3);
+}
+
+/// Every code of the first block, in its channel.
+TEST_F(Pty, CapturedCodesAreThoseOfTheConverters) {
+    plug_in("--duration 4 --scenario still");
+    ASSERT_EQ(tricoil("device capture --repeats 2 --out " + in("capture.csv") + " " + device), 0) << err;
+    sim::FrontEndParams params;
+    params.scenario = std::make_shared<sim::Scenario>(host::load_scenario("still", 1));
+    sim::ColumnSource source(params);
+    const auto block = source.sample(Excitation::s1);
+    ASSERT_TRUE(block);
+    const CsvTable captured = table(in("capture.csv"));
+    ASSERT_GE(captured.rows(), block->samples.size());
+    for (std::size_t n = 0; n < block->samples.size(); ++n) {
+        ASSERT_EQ(captured.text(n, "state"), "S1");
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            ASSERT_EQ(captured.text(n, "adc" + std::to_string(c)), std::to_string(block->samples[n][c])) << n;
+        }
+    }
 }
 
 TEST_F(Pty, NextCommandOfACaptureQuotesItsFile) {

@@ -23,6 +23,7 @@ public:
     protocol::Role role = protocol::Role::front_end;
     std::uint8_t sensors = 1;
     bool is_unplugged = false;
+    bool is_silent = false;                // neither answers nor sends
     std::vector<Vec3<float>> hemispheres;  // received, in steps of 1/127
     std::size_t hemispheres_at_start = 0;  // before the newest start
 
@@ -65,7 +66,7 @@ private:
             queue_.clear();
             return {StatusCode::device_lost, ""};
         }
-        if (queue_.empty()) {
+        if (queue_.empty() || is_silent) {
             return {StatusCode::not_ready, ""};
         }
         current_ = queue_.front();

@@ -242,7 +242,7 @@ TEST_F(Damage, InvalidLines) {
     };
     refused_by_replay("nonsense", "has 1 fields instead of 20");
     refused_by_replay("song,0,,,,,,,,,,,,,,,,,,", "unknown input kind 'song'");
-    refused_by_replay("tick,9,100,,,,,,,,,,,,,,,,,", "sensor 9 does not exist; the recording has 1");
+    refused_by_replay("tick,1,100,,,,,,,,,,,,,,,,,", "sensor 1 does not exist; the recording has 1");
     refused_by_replay("tick,0,soon,,,,,,,,,,,,,,,,,", "'soon', is not a valid number");
     refused_by_replay("column,0,1,9,1,1,0,1,1,1,1,1,1,1,1,1,1,1,1,1", "must be less than 5");
     refused_by_replay("column,0,1,1,1,1,128,1,1,1,1,1,1,1,1,1,1,1,1,1", "field 7, '128', has unknown flags");

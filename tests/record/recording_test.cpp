@@ -66,6 +66,7 @@ TEST(Recording, DescribesItself) {
     const auto description = nlohmann::json::parse(read_file(folder + "/recording.json"));
     EXPECT_EQ(description["format"], "tricoil recording");
     EXPECT_EQ(description["version"], 4);
+    EXPECT_EQ(description["complete"], true);
     EXPECT_EQ(description["source"]["seed"], 7);
     EXPECT_EQ(description["source"]["faults"][0], "metal:0.6,0.3,0,0.08");
     EXPECT_EQ(description["trackers"]["tracker"]["method"], "direct");

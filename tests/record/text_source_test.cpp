@@ -172,8 +172,8 @@ TEST(TextSource, WrongLinesOfAStreamAreCountedAndTheRunGoesOn) {
     lines +=
         "{\"time_us\": 5\nnonsense\n{\"time_us\":1}\n[1]\n{\"time_us\":1e300,\"state\":1,\"in_phase\":[1,1,1],\"sigma\":1}\n" +
         std::string("{\"time_us\":50000,\"state\":7,\"in_phase\":[1,1,1],\"sigma\":1}\n") +
-        "{\"time_us\":50000,\"state\":1,\"in_phase\":[1,1,1],\"sigma\":0}\n{\"time_us\":50000,\"state\":1,\"sensor\":3,\"sigma\":"
-        "1}\n";
+        "{\"time_us\":50000,\"state\":1,\"in_phase\":[1,1,1],\"sigma\":0}\n{\"time_us\":50000,\"state\":1,\"sensor\":1,"
+        "\"in_phase\":[1,1,1],\"sigma\":1}\n";
     const std::string file = write_file("text_stream", lines);
     const auto piped = run_program("bash -c 'cat " + file + " | " TRICOIL_PROGRAM " run --json --device columns:-'", "");
     std::istringstream stream(piped.out);

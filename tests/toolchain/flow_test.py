@@ -2,7 +2,9 @@
 """The order of steps in toolchain/run, toolchain/test and toolchain/build, with faults and interruptions. Nothing is installed or built;
 see fake_machine.py."""
 
+import os
 import shutil
+import sys
 import time
 import unittest
 
@@ -360,11 +362,20 @@ class Costs(FakeMachine):
         done = self.run_script("cmake/launch", "bash", "-c", "sleep 1; echo compiled", "-o", "core/unit.o")
         self.assertEqual((done.returncode, done.stdout), (0, "compiled\n"))
         self.assertGreater(time.monotonic() - began_s, 1)
-        self.assertRegex((self.folder / ".costs/core/unit.o").read_text().splitlines()[1], r"^0m0\.[0-4]\d*s 0m0\.[0-4]\d*s$")
+        self.assertRegex((self.folder / ".costs/core/unit.o").read_text().splitlines()[-1], r"^0m0\.[0-4]\d*s 0m0\.[0-4]\d*s$")
+
+    @unittest.skipUnless(os.access("/usr/bin/time", os.X_OK), "GNU time is not installed")
+    def test_memory_of_a_command(self):
+        for mb in (100, 200):
+            command = f"import subprocess, sys; subprocess.run([sys.executable, '-c', 'b\"x\" * {mb}000000'], check=True)"
+            self.run_script("cmake/launch", sys.executable, "-c", command, "-o", "unit.o")
+            kilobytes, *times = (self.folder / ".costs/unit.o").read_text().splitlines()
+            self.assertTrue(1000 * mb < 1.024 * int(kilobytes) < 1000 * (mb + 50), kilobytes)
+            self.assertEqual(len(times), 2, "and no line of an earlier run")
 
     def test_failed_command_has_no_cost(self):
         self.assertEqual(self.run_script("cmake/launch", "bash", "-c", "exit 4", "-o", "unit.o").returncode, 4)
-        self.assertFalse((self.folder / ".costs").exists())
+        self.assertFalse((self.folder / ".costs/unit.o").exists())
 
     def test_table(self):
         build = self.root / "build/run"
@@ -385,6 +396,14 @@ class Costs(FakeMachine):
         for row in (r"core/tricoil_core +64\.0 +2", r"\(link\) +0\.5 +1", r"\(other commands, wall time\) +2\.0 +1", r"all +66\.5 +4",
                     r"core/tricoil_core: b\.cpp\.o +61\.0 +1"):
             self.assertRegex(done.stdout, row)
+        self.assertIn("limit: 1100 MB", done.stdout)
+        unit = build / ".costs/core/CMakeFiles/tricoil_core.dir/a.cpp.o"
+        unit.write_text("900000\n" + unit.read_text())
+        self.assertRegex(self.run_script("build", "--costs", "host-release").stdout, r"core/tricoil_core: a\.cpp\.o +900 MB")
+        (build / "CMakeCache.txt").write_text("TRICOIL_SANITIZE:STRING=\nTRICOIL_SMALL_MEMORY:BOOL=ON\n")
+        self.fails("build", "--costs", "host-release", status=1, naming="core/tricoil_core: a.cpp.o needs more than 700 MB")
+        (build / "CMakeCache.txt").write_text("TRICOIL_SANITIZE:STRING=address\nTRICOIL_SMALL_MEMORY:BOOL=ON\n")
+        self.assertEqual(self.run_script("build", "--costs", "host-release").returncode, 0)
 
     def test_nothing_built(self):
         self.fails("build", "--costs", "host-debug", status=2, naming="run toolchain/build host-debug")

@@ -1,6 +1,7 @@
 // Hardware faults with the flash image: coils off in time, the right fault reported, recovery or a safe state, flash intact.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstring>
 #include <random>
 
@@ -91,6 +92,20 @@ TEST(BoardFaults, OverCurrentTripsTheHardwareWithinSamples) {
     std::printf("off %.1f us after the stage broke\n", 1e6 * off_after_s);
     EXPECT_LT(off_after_s, 0.2e-3) << "a quarter of a carrier's period, and a few samples";
     EXPECT_NE(board.status().faults & bit(Fault::overcurrent), 0U);
+}
+
+/// The firmware's own limit, at 1.3 V: the hardware trips at 1.43 V.
+TEST(BoardFaults, OverCurrentThatTheHardwareDoesNotSeeIsReported) {
+    auto circuit = virtual_board::BoardCircuit::draw(0);
+    circuit.channels[kReferenceChannel].gain *= 1.95;  // full amplitude, 0.7 V, becomes 1.36 V
+    BoardBench board(host::load_scenario("hand", 1), circuit);
+    board.run(BoardBench::kBootS);
+    board.host().hello();
+    board.run(0.01);
+    EXPECT_EQ(board.ask(test::on_serial, Opcode::start), AckResult::done);
+    board.run(0.05);
+    EXPECT_EQ(board.status().faults & ~bit(Fault::calibration), bit(Fault::overcurrent));
+    EXPECT_FALSE(is_on(board));
 }
 
 TEST(BoardFaults, OverCurrentAtStartIsReportedAsOverCurrent) {
@@ -320,6 +335,23 @@ TEST(BoardFlash, LosesNothingWhenAWriteIsInterrupted) {
     EXPECT_EQ(board.status().faults & bit(Fault::calibration), 0U);
     std::printf("power lost in each of %lu operations: the new calibration %zu times, else the old one\n",
                 static_cast<unsigned long>(operations), kept_new);
+}
+
+/// Unlike power lost in an operation, which damages a word for the error correction of the flash.
+TEST(BoardFlash, AChangedBitLeavesThePreviousCalibration) {
+    CalibratedBoard board;
+    const auto previous = blob_of(1.01);
+    const auto newest = blob_of(1.02);
+    ASSERT_EQ(board.write(previous), AckResult::done);
+    ASSERT_EQ(board.write(newest), AckResult::done);
+    auto& content = board.board->flash.content();
+    const auto at = std::search(content.begin(), content.end(), newest.begin(), newest.end());
+    ASSERT_NE(at, content.end());
+    *at ^= 0x04;
+    board.board->power_cycle();
+    board.send_hello();
+    EXPECT_THAT(board.read(), ::testing::ElementsAreArray(previous));
+    EXPECT_EQ(board.status().faults & bit(Fault::calibration), 0U);
 }
 
 TEST(BoardFlash, ReportsACorruptedCalibration) {

@@ -8,7 +8,7 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 
-# Compilers and linkers are started by toolchain/cmake/launch, which counts their processor time (toolchain/build --costs).
+# Compilers and linkers are started by toolchain/cmake/launch, which measures their processor time and memory (toolchain/build --costs).
 # ccache is used if it is there at the first configuration: it costs a tenth of a build that finds nothing in the cache, and one that comes
 # later would compile all again.
 if(NOT DEFINED TRICOIL_CCACHE)
