@@ -67,7 +67,7 @@ TEST_F(Loop, BeginsAndEndsWithTheCoilsOff) {
     loop.reset();
     EXPECT_EQ(coils.state, Excitation::off);
     ASSERT_TRUE(static_cast<hal::CoilDriver&>(coils).excite(Excitation::s2).ok());
-    loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [](const tracking::PoseEstimate<double>&) {});
+    loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, tap, [](const tracking::PoseEstimate<double>&) {});
     EXPECT_EQ(coils.state, Excitation::off);
 }
 

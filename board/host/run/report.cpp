@@ -101,7 +101,7 @@ Json run_result(const RunReport& r) {
         {"clock_restarts", r.tracker.clock_restarts},
         {"health", health_json(r.health)},
         {"flags_seen", to_text(r.seen_flags)},
-        {"advice", advice(r.seen_flags)},
+        {"advice", advice(r.last_flags)},
         {"duration_s", r.simulated_s},
         {"interrupted", r.interrupted},
         {"coils_off", r.coils_at_end == Excitation::off},

@@ -299,6 +299,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
             const PoseError error = score.add(estimate);
             if (error.time_s >= RunScore::kSettling_s) {
                 report.seen_flags |= estimate.flags;
+                report.last_flags = estimate.flags;
             }
             if (observers.each_pose) {
                 observers.each_pose(estimate, error);

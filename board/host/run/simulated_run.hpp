@@ -45,6 +45,7 @@ struct RunReport {
     tracking::TrackerCounters tracker;
     double mean_update_us = 0;       // demodulation and tracking of one block
     double simulated_s_per_s = 0;    // the whole loop, simulation included
+    tracking::PoseFlags last_flags;  // of the last pose of sensor 0
     tracking::PoseFlags seen_flags;  // of all poses of sensor 0 after the settling time
     LinkHealth health;
     std::string recording_error;     // one line; empty: none
