@@ -26,7 +26,8 @@ Filter<Scalar, Model>::Filter(const CommonParams<Scalar>& common, const ScaatPar
       intake_(common.max_column_span),
       estimator_(params_, model_, this->counters_),
       health_(this->params(), model_),
-      hemisphere_(this->params().hemisphere, common.confined) {
+      hemisphere_(this->params().hemisphere, common.confined),
+      horizon_(params.predict_ahead) {
     if constexpr (requires { model_.surroundings; }) {
         model_.surroundings = Tracker<Scalar>::surroundings();
     }
@@ -293,6 +294,7 @@ void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const Si
 /// Replaces the state by its mirror image. Where X is not even, the mirror image is not a solution, so the filter searches again.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::turn_around() {
+    horizon_.restart();
     if (model_.is_even()) {
         estimator_.mirror_state();
     } else {
@@ -337,12 +339,24 @@ void Filter<Scalar, Model>::do_restart(DeviceTime now) {
     estimator_.set_last_used(now);
 }
 
+/// Predicts a copy of the state, and corrects it with the errors of earlier predictions over the same time.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Filter<Scalar, Model>::predict(State<Scalar>& later, Microseconds ahead, bool coasting) {
+    scaat::predict(later, intensity(), later.time + ahead);
+    if (!is_running_ || !estimator_.is_learning() || !estimator_.history().confirmed()) {
+        horizon_.restart();
+    } else if (params_.predict_ahead.count() > 0) {
+        horizon_.compare(motion());
+        horizon_.correct(later, motion().covariance, reported_factor(estimator_), !coasting);
+    }
+}
+
 /// Always contains a value. The optional lets callers return it without a copy.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTime now) -> Pose {
     std::optional<State<Scalar>> later;
     if (ahead.count() > 0) {
-        estimator_.predict(later.emplace(motion()), ahead);
+        predict(later.emplace(motion()), ahead, flags.has(PoseFlag::coasting));
     }
     const State<Scalar>& state = later ? *later : motion();
     Pose reported(std::in_place);
@@ -351,14 +365,16 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTi
     estimate.sensor = sensor_;
     const bool silent = estimator_.history().silence(motion().time) > params_.coast_limit;
     estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
-    estimate.flags.set_if(ahead > params_.coast_limit, PoseFlag::coasting);
     estimate.flags.set_if(!is_running_ || silent, PoseFlag::stale);
     cover_misfit(estimate, health_);
     if (estimate.valid()) {
         estimate.predicted_error = expected_error(state, estimate.covariance, this->params());
         cover_blur(estimate);
     }
-    const Scalar deviation = deviation_m(estimate);
+    // Without the growth over the time of the prediction.
+    const auto variance = [](const auto& p) { return p.template topLeftCorner<3, 3>().trace(); };
+    const Scalar grown = later ? variance(state.covariance) - variance(motion().covariance) : Scalar(0);
+    const Scalar deviation = std::sqrt(std::max(variance(estimate.covariance) - reported_factor(estimator_) * grown, Scalar(0)));
     estimate.flags.set_if(!(deviation <= this->params().max_deviation_m), PoseFlag::uncertain);
     if (!estimate.flags.has_any(kDiscontinuous) && !continue_side(deviation)) {
         estimate.flags.set(PoseFlag::unconfirmed);
