@@ -78,13 +78,14 @@ inline void refuse_dual_band(const tracking::MethodParams<double>& method, const
     }
 }
 
-/// Longest prediction. Beyond it, hand motions leave no valid pose: the standard deviation exceeds its limit.
+/// Longest prediction. Hands and fast motions are then 20 to 30 mm away from it (board/ACCURACY.md).
 constexpr double kMaxPredictionS = 0.1;
 
 /// Time of --predict with this tracker. Throws InputError.
 inline Microseconds prediction_of_option(const std::string& tracker, double seconds) {
     if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
-        throw InputError(fmt::format("--predict {}: must be a number of seconds, 0 to {}", seconds, kMaxPredictionS));
+        throw InputError(
+            fmt::format("--predict {}: must be a number of seconds, 0 (no prediction) to {}", seconds, kMaxPredictionS));
     }
     if (seconds > 0 && !tracker.starts_with("scaat") && !tracker.starts_with("dual-band")) {
         throw InputError("--predict: --tracker " + tracker + " estimates no velocity; use --tracker scaat or dual-band");
@@ -121,7 +122,7 @@ inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
         const bool is_key = typed.compare(comma, kKey.size(), kKey) == 0;
         const double seconds = is_key ? number_from<double>(typed.substr(comma + kKey.size())).value_or(-1) : -1;
         if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
-            throw InputError("--tracker " + typed + ": only predict_s=SECONDS may follow the name, 0 to 0.1");
+            throw InputError("--tracker " + typed + ": only predict_s=SECONDS may follow the name, 0 (no prediction) to 0.1");
         }
         set_prediction(method, microseconds_from_seconds(seconds));
     }
