@@ -78,13 +78,13 @@ inline void refuse_dual_band(const tracking::MethodParams<double>& method, const
     refuse_if(std::holds_alternative<tracking::DualBandParams>(method), "--tracker dual-band: {}", reason);
 }
 
-/// Longest prediction. Beyond it, hand motions leave no valid pose: the standard deviation exceeds its limit.
+/// Longest prediction. Hands and fast motions are then 20 to 30 mm away from it (board/ACCURACY.md).
 constexpr double kMaxPredictionS = 0.1;
 
 /// Time of --predict with this tracker. Throws InputError.
 inline Microseconds prediction_of_option(const std::string& tracker, double seconds) {
-    refuse_if(!(seconds >= 0 && seconds <= kMaxPredictionS), "--predict {}: must be a number of seconds, 0 to {}", seconds,
-              kMaxPredictionS);
+    refuse_if(!(seconds >= 0 && seconds <= kMaxPredictionS), "--predict {}: must be a number of seconds, 0 (no prediction) to {}",
+              seconds, kMaxPredictionS);
     const std::string name = name_of_choice(tracker);
     refuse_if(seconds > 0 && name != "scaat" && name != "dual-band",
               "--predict: --tracker {} estimates no velocity; use --tracker scaat or dual-band", tracker);
@@ -127,7 +127,7 @@ inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
         constexpr std::string_view kKey = ",predict_s=";
         const double seconds = behind.starts_with(kKey) ? number_from<double>(behind.substr(kKey.size())).value_or(-1) : -1;
         refuse_if(!(seconds >= 0 && seconds <= kMaxPredictionS),
-                  "--tracker {}: only predict_s=SECONDS may follow the name, 0 to 0.1", typed);
+                  "--tracker {}: only predict_s=SECONDS may follow the name, 0 (no prediction) to 0.1", typed);
         set_prediction(method, microseconds_from_seconds(seconds));
     }
     return method;

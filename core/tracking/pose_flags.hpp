@@ -21,7 +21,7 @@ enum class PoseFlag : std::uint8_t {
     unconfirmed,         // the newest columns contradict the prediction (outlier or jump), or too few were accepted since
     inconsistent,        // the innovations of the last columns are much larger than their covariance
     coasting,            // no new column since the last pose: pose and covariance are predicted
-    uncertain,           // the standard deviation of the position is above its limit
+    uncertain,           // the standard deviation of the position at the last measurement is above its limit
     columns_missing,     // columns were lost or refused shortly before (ColumnsSinceGap)
 };
 using PoseFlags = FlagSet<PoseFlag>;

@@ -77,7 +77,7 @@ struct ScaatParams {
     Scalar inconsistent_above = 6;             // mean squared innovation per degree of freedom; expectation 1
     Microseconds max_lateness{10'000};         // largest age of a column relative to the newest: two frames at 240 Hz
     Microseconds coast_limit{40'000};          // longest prediction without columns; then a pose is stale
-    Microseconds predict_ahead{0};             // predict poses by this time, to compensate the delay of a display
+    Microseconds predict_ahead{0};             // predict poses by this time, to compensate the delay of a display; 0: none
 };
 
 /// DualBandTracker, only in double: two bands of FDM columns. The window of their comparison holds a whole number of mains cycles

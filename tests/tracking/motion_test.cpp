@@ -4,7 +4,7 @@
 #include <random>
 
 #include "core/geometry/rotations.hpp"
-#include "tests/support/column_replay.hpp"
+#include "tests/support/deviation_score.hpp"
 #include "tests/support/hand_like.hpp"
 
 namespace tricoil::tracking {
@@ -208,6 +208,89 @@ TEST(Prediction, BeatsHoldingTheLastPose) {
     std::printf("20 ms ahead: %.2f mm, held %.2f mm\n", 1e3 * predicted.position().rms, 1e3 * held.position().rms);
     EXPECT_GT(held.position().rms / predicted.position().rms, 3);
     EXPECT_GT(held.orientation().rms / predicted.orientation().rms, 3);
+}
+
+/// Deviations of predictions of simulated hands at half, usual and twice the speed. Without past predictions, as in images
+/// (float), the limits are wider.
+template <typename Scalar>
+void expect_stated_deviation(double least, double most) {
+    for (const bool tdm : {true, false}) {
+        for (const int ahead_ms : {5, 20, 50, 100}) {
+            test::DeviationScore all;
+            std::size_t invalid = 0;  // without prediction
+            for (const double speed : {1.5, 3.0}) {
+                const auto hand = test::hand_like(4);
+                const test::ScaledTime motion(hand, speed);
+                const ReplayParams params{tdm, test::sigma_for_cost(0.05e-3), 2, 0, 8};
+                const auto score = test::score_predictions<Scalar>(motion, params, Microseconds{1000 * ahead_ms});
+                std::printf("%s, speed %.1f, %3d ms: %.3f mm, stated / actual: position %.2f, rotation %.2f\n",
+                            tdm ? "TDM" : "FDM", speed, ahead_ms, 1e3 * score.rms_m(), score.ratio(), score.rotation_ratio());
+                EXPECT_GT(score.ratio(), least);
+                EXPECT_LT(score.ratio(), most);
+                EXPECT_GT(score.rotation_ratio(), least);
+                EXPECT_LT(score.rotation_ratio(), most);
+                all.add(score);
+                invalid += test::score_predictions<Scalar>(motion, params, Microseconds{0}).invalid;
+            }
+            EXPECT_LE(all.invalid, invalid);
+        }
+    }
+}
+
+TEST(Prediction, StatesItsDeviation) { expect_stated_deviation<double>(0.8, 1.3); }
+
+TEST(Prediction, StatesItsDeviationInFloat) { expect_stated_deviation<float>(0.6, 1.6); }
+
+/// A shaken sensor: 2 Hz, 0.1 m, up to 16 m/s^2. The errors of past predictions show that its acceleration turns with the
+/// position.
+TEST(Prediction, FollowsAnAcceleration) {
+    const sim::LineMotion motion({{0.7, 0, 0}, Quat<double>::Identity()}, {0.1, 0.05, 0}, 2);
+    for (const bool tdm : {true, false}) {
+        const ReplayParams params{tdm, test::sigma_for_cost(0.05e-3), 3, 0, 6};
+        constexpr double kAhead_s = 0.05;
+        double constant_velocity = 0;
+        std::size_t count = 0;
+        auto filter = test::scaat_filter<double>(test::scaat_params<double>(tdm));
+        test::replay<double>(motion, params, [&](const Column<double>& column) {
+            const auto e = filter.update(column);
+            if (e && to_seconds(e->time) > 0.5) {
+                const Vec3<double> there = e->position_m + kAhead_s * filter.motion().velocity_m_s;
+                constant_velocity += (there - motion.at(to_seconds(e->time) + kAhead_s).position_m).squaredNorm();
+                ++count;
+            }
+        });
+        const double rms_m = std::sqrt(constant_velocity / static_cast<double>(count));
+        const auto score = test::score_predictions<double>(motion, params, microseconds_from_seconds(kAhead_s));
+        std::printf("%s: %.3f mm, constant velocity %.3f mm, stated / actual %.2f\n", tdm ? "TDM" : "FDM", 1e3 * score.rms_m(),
+                    1e3 * rms_m, score.ratio());
+        EXPECT_LT(score.rms_m(), 0.25 * rms_m);
+        EXPECT_GT(score.ratio(), 0.8);
+        EXPECT_LT(score.ratio(), 1.8);  // it is smoother than a hand
+    }
+}
+
+/// A jump is no error of a prediction from which the filter learns.
+TEST(Prediction, IsNotChangedByAJump) {
+    sim::Pose after{{0.6, 0, 0}, Quat<double>::Identity()};
+    after.position_m.y() += 0.2;
+    const test::StepMotion motion({{0.6, 0, 0}, Quat<double>::Identity()}, after, 2);
+    for (const bool tdm : {true, false}) {
+        auto params = test::scaat_params<double>(tdm);
+        std::get<ScaatParams<double>>(params.method).predict_ahead = Microseconds{50'000};
+        auto filter = test::scaat_filter<double>(params);
+        double most_m = 0;
+        std::size_t invalid = 0;
+        test::replay<double>(motion, {tdm, test::sigma_for_snr(60, 0.6), 5, 0, 3}, [&](const Column<double>& column) {
+            const auto e = filter.update(column);
+            if (e && to_seconds(column.midpoint) > 2.2) {
+                invalid += e->valid() ? 0U : 1U;
+                most_m = std::max({most_m, deviation_m(*e), (e->position_m - after.position_m).norm()});
+            }
+        });
+        std::printf("%s: deviation and error at most %.1f mm\n", tdm ? "TDM" : "FDM", 1e3 * most_m);
+        EXPECT_EQ(invalid, 0U);
+        EXPECT_LT(most_m, 0.03);
+    }
 }
 
 TEST(Still, NoiseIsHalfOfTheDirectSolversAtMost) {

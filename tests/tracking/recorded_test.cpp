@@ -1,6 +1,7 @@
 // Error ratios of the trackers on all recorded hand motions. Skipped without the data.
 #include <gtest/gtest.h>
 
+#include "tests/support/deviation_score.hpp"
 #include "tests/support/hand_like.hpp"
 #include "tests/support/prediction_score.hpp"
 #include "tests/support/recordings.hpp"
@@ -127,6 +128,46 @@ TEST_F(Recorded, PredictionBeatsHolding) {
                 held.position().rms / predicted.position().rms);
     EXPECT_GT(held.position().rms / predicted.position().rms, 3);
     EXPECT_GT(held.orientation().rms / predicted.orientation().rms, 3);
+}
+
+/// Hands and fast motions (up to 5 m/s): stated over actual error, and no pose becomes invalid because it is predicted.
+TEST_F(Recorded, PredictionsStateTheirDeviation) {
+    std::vector<std::unique_ptr<sim::RecordedMotion>> hands;
+    std::vector<std::unique_ptr<sim::RecordedMotion>> fast;
+    for (const auto& file : files_) {
+        hands.push_back(test::recorded_motion(file));
+    }
+    for (const auto& file : test::recorded_files("fast-motion", ".csv")) {
+        fast.push_back(test::fast_motion(file));
+    }
+    for (const auto* motions : {&hands, &fast}) {
+        for (const bool tdm : {true, false}) {
+            const auto play_all = [&](int ahead_ms) {
+                test::DeviationScore all;
+                for (std::size_t n = 0; n < motions->size(); ++n) {
+                    const auto& motion = *(*motions)[n];
+                    const test::ReplayParams params{tdm, test::sigma_for_cost(0.05e-3), n + 1, 0, motion.duration_s()};
+                    all.add(test::score_predictions<double>(motion, params, Microseconds{1000 * ahead_ms}));
+                }
+                return all;
+            };
+            if (motions->empty()) {
+                continue;  // the folder has no fast motions
+            }
+            const auto measured = play_all(0);  // in TDM it states twice its error on fast motions
+            for (const int ahead_ms : {5, 10, 20, 50, 100}) {
+                const auto score = play_all(ahead_ms);
+                std::printf("%s, %s, %3d ms ahead: %.3f mm, stated / actual: position %.2f, rotation %.2f; %zu invalid (%zu)\n",
+                            motions == &hands ? "hands" : "fast", tdm ? "TDM" : "FDM", ahead_ms, 1e3 * score.rms_m(),
+                            score.ratio(), score.rotation_ratio(), score.invalid, measured.invalid);
+                EXPECT_GT(score.ratio(), 0.8);
+                EXPECT_LT(score.ratio(), ahead_ms > 5 ? 1.3 : std::max(1.3, measured.ratio()));
+                EXPECT_GT(score.rotation_ratio(), 0.8);
+                EXPECT_LT(score.rotation_ratio(), 1.3);
+                EXPECT_LE(score.invalid, measured.invalid);
+            }
+        }
+    }
 }
 
 /// At an error of the filter of about 0.1 mm, a prediction costs at most a fifth more than one with the true velocity.

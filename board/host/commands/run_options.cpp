@@ -96,7 +96,7 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
         "Coils and surroundings for the tracker: file of tricoil calibrate; default: that of --config, or ideal coils"));
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct and previous: treat the latest three columns as simultaneous");
     sub->add_option("--predict", o.predict_ahead_s,
-                    "scaat, dual-band: deliver poses this time (at most 0.1 s) ahead of the newest column")
+                    "scaat, dual-band: deliver poses this time ahead of the newest column, 0 (no prediction) to 0.1")
         ->type_name(kSecondsType);
 }
 

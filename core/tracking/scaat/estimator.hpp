@@ -42,8 +42,6 @@ public:
 
     /// Moves the state to `time`, which must not be before the state's time.
     void propagate_to(DeviceTime time);
-    /// Moves a copy of the state to a later time.
-    void predict(State<Scalar>& state, Microseconds ahead) const;
 
     /// What other columns say of a column that contradicts the prediction.
     enum class Trust : std::uint8_t {
@@ -80,6 +78,8 @@ public:
     [[nodiscard]] bool is_inconsistent() const { return std::max(consistency_, noise_.excess()) > params_.inconsistent_above; }
     /// True if the velocity is known: six columns were used, including the three of the start.
     [[nodiscard]] bool is_settled() const { return settled_ >= kSettlingColumns; }
+    /// True if corrections are used to learn accelerations.
+    [[nodiscard]] bool is_learning() const { return settled_ >= kLearningColumns; }
     /// True if six columns were used after the three of the start.
     [[nodiscard]] bool may_deskew() const { return settled_ >= 3 * kSourceCoils; }
     [[nodiscard]] DeviceTime last_used() const { return last_used_; }
@@ -118,8 +118,7 @@ private:
     Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kInflateAbove, decaying
     NoiseCheck<Scalar> noise_;
     CoilHistory history_;
-    int settled_ = 0;        // columns used, including the three of the start; at most kLearningColumns
-    Scalar interval_s_ = 0;  // of the last two times of the state
+    int settled_ = 0;  // columns used, including the three of the start; at most kLearningColumns
     DeviceTime last_used_{};
 };
 

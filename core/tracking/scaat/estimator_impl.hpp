@@ -75,7 +75,7 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     consistency_ += settled ? params_.consistency_gain * (nis / 3 - consistency_) : Scalar(0);
     const auto gains_per_s = acceleration_gains_per_s(state_.covariance);
     const Vec12<Scalar> correction = apply(state_, innovation);
-    if (settled_ >= kLearningColumns) {
+    if (is_learning()) {
         learn_acceleration(state_, correction, gains_per_s);
     }
     last_used_ = std::max(last_used_, column.midpoint);
@@ -134,18 +134,7 @@ bool Estimator<Scalar, Model>::is_within_gate(const Vec3<Scalar>& position_m, co
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::propagate_to(DeviceTime time) {
-    if (time > state_.time) {
-        interval_s_ = seconds_as<Scalar>(time - state_.time);
-    }
     propagate(state_, intensity(), time);
-}
-
-template <typename Scalar, MeasurementModel<Scalar> Model>
-void Estimator<Scalar, Model>::predict(State<Scalar>& state, Microseconds ahead) const {
-    if (ahead.count() > 0) {
-        expect_acceleration<Scalar>(state, interval_s_, seconds_as<Scalar>(ahead));
-    }
-    propagate(state, intensity(), state_.time + ahead);
 }
 
 }  // namespace tricoil::tracking::scaat

@@ -3,6 +3,7 @@
 
 #include "core/tracking/scaat/estimator.hpp"
 #include "core/tracking/scaat/health.hpp"
+#include "core/tracking/scaat/horizon.hpp"
 #include "core/tracking/scaat/intake.hpp"
 #include "core/tracking/state/hemisphere.hpp"
 #include "core/tracking/state/motion_estimate.hpp"
@@ -66,6 +67,7 @@ private:
     [[nodiscard]] bool continue_side(Scalar deviation_m);
     void stop();
 
+    void predict(State<Scalar>& later, Microseconds ahead, bool coasting);
     [[nodiscard]] Pose report(PoseFlags flags, Microseconds ahead, DeviceTime now);
 
     ScaatParams<Scalar> params_;
@@ -74,6 +76,7 @@ private:
     Estimator<Scalar, Model> estimator_;
     Health<Scalar, Model> health_;
     Hemisphere<Scalar> hemisphere_;
+    [[no_unique_address]] Horizon<Scalar> horizon_;
     int starts_ = 0;
     bool is_running_ = false;  // the estimator has a state that the next column continues
     bool is_vague_ = false;    // the last pose may have passed to the other side of the source

@@ -28,7 +28,8 @@ Filter<Scalar, Model>::Filter(const CommonParams<Scalar>& common, const ScaatPar
       intake_(common.max_column_span),
       estimator_(params_, model_, this->counters_),
       health_(this->params(), model_),
-      hemisphere_(this->params().hemisphere, common.confined) {
+      hemisphere_(this->params().hemisphere, common.confined),
+      horizon_(params.predict_ahead) {
     if constexpr (requires { model_.surroundings; }) {
         model_.surroundings = Tracker<Scalar>::surroundings();
     }
@@ -296,6 +297,7 @@ void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const Si
 /// Replaces the state by its mirror image. Where X is not even, the mirror image is not a solution, so the filter searches again.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::turn_around() {
+    horizon_.restart();
     if (model_.is_even()) {
         estimator_.mirror_state();
     } else {
@@ -349,12 +351,24 @@ void Filter<Scalar, Model>::do_restart(DeviceTime now) {
     estimator_.set_last_used(now);
 }
 
+/// Predicts a copy of the state, and corrects it with the errors of earlier predictions over the same time.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Filter<Scalar, Model>::predict(State<Scalar>& later, Microseconds ahead, bool coasting) {
+    scaat::predict(later, intensity(), later.time + ahead);
+    if (!is_running_ || !estimator_.is_learning() || !estimator_.history().confirmed()) {
+        horizon_.restart();
+    } else if (params_.predict_ahead.count() > 0) {
+        horizon_.compare(motion());
+        horizon_.correct(later, motion().covariance, reported_factor(estimator_), !coasting);
+    }
+}
+
 /// Always contains a value. The optional lets callers return it without a copy.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTime now) -> Pose {
     std::optional<State<Scalar>> later;
     if (ahead.count() > 0) {
-        estimator_.predict(later.emplace(motion()), ahead);
+        predict(later.emplace(motion()), ahead, flags.has(PoseFlag::coasting));
     }
     const State<Scalar>& state = later ? *later : motion();
     Pose reported(std::in_place);
@@ -362,10 +376,14 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTi
     report_state(estimate, state, estimator_, health_, flags);
     estimate.sensor = sensor_;
     const bool silent = estimator_.history().silence(motion().time) > params_.coast_limit;
-    estimate.flags.set_if(ahead > params_.coast_limit, PoseFlag::coasting);
     estimate.flags.set_if(!is_running_ || silent, PoseFlag::stale);
     cover_misfit(estimate, health_);
-    if (may_show_side(estimate.flags) && !continue_side(deviation_m(estimate))) {
+    // Without the growth over the time of the prediction.
+    const auto variance = [](const auto& p) { return p.template topLeftCorner<3, 3>().trace(); };
+    const Scalar grown =
+        later ? reported_factor(estimator_) * (variance(state.covariance) - variance(motion().covariance)) : Scalar(0);
+    const auto measured_deviation_m = [&] { return std::sqrt(std::max(variance(estimate.covariance) - grown, Scalar(0))); };
+    if (may_show_side(estimate.flags) && !continue_side(measured_deviation_m())) {
         estimate.flags.set(PoseFlag::unconfirmed);
     }
     estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
@@ -373,7 +391,7 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTi
         estimate.predicted_error = expected_error(state, estimate.covariance, this->params());
         cover_blur(estimate);
     }
-    estimate.flags.set_if(!(deviation_m(estimate) <= this->params().max_deviation_m), PoseFlag::uncertain);
+    estimate.flags.set_if(!(measured_deviation_m() <= this->params().max_deviation_m), PoseFlag::uncertain);
     this->count(estimate, motion().time, now);
     return reported;
 }

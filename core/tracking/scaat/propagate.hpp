@@ -103,32 +103,33 @@ void learn_acceleration(State<Scalar>& state, const Vec12<Scalar>& correction, c
     state.angular_acceleration_rad_s2 += gains_per_s[1] * correction.template segment<3>(9);
 }
 
-/// Delay of the velocities behind an accelerated motion (s), for updates at intervals of interval_s: that of an alpha-beta
-/// filter, alpha T/beta - T/2, with P_pp / P_pv for alpha T/beta (the ratio of position gain to velocity gain), here from the
-/// traces.
+/// Variance (sum of three axes) of the displacement in dt (s) by a change of the acceleration: its square changes by kDrift_per_s
+/// of itself per second.
 template <typename Scalar>
-Scalar velocity_delay_s(const Mat12<Scalar>& p, Scalar interval_s) {
-    constexpr Scalar kLongestDelay_s = Scalar(0.03);  // above the delays of recorded hands at any noise
-    const Scalar pp = p.template block<3, 3>(0, 0).trace();
-    const Scalar pv = p.template block<3, 3>(0, 6).trace();
-    const Scalar ratio_s = pp < kLongestDelay_s * pv ? pp / pv : kLongestDelay_s;
-    return std::max(ratio_s - interval_s / 2, Scalar(0));
+Scalar drift_variance(const Vec3<Scalar>& acceleration, Scalar dt) {
+    constexpr Scalar kDrift_per_s = Scalar(4.8);
+    return kDrift_per_s / 4 * acceleration.squaredNorm() * dt * dt * dt * dt * dt;
 }
 
-/// Prepares a state for a prediction by dt > 0 (s). The decay of the accelerations in move() is cancelled up to 40 ms: it would
-/// make predictions of some 10 ms worse. A part of the velocity's delay is corrected; all of it would increase the noise too
-/// much. The part was chosen on half of the recorded hand motions, for noises of 0 to 0.1 mm. The correction is as uncertain as
-/// it is large, above all after lost columns. The rates have a shorter delay and are not corrected.
+/// Predicts motion and pose covariance to `time` with constant acceleration; cancels the decay in move(). Motion is band-limited:
+/// the change of the acceleration, and not the intensity, tells how fast a prediction becomes uncertain. With noise the intensity
+/// is far too large for a longer time than that of a frame; kWhite is the part that remains. It and kDrift_per_s were chosen on
+/// recorded motions of hands and fast ones, for noises of 0 to 0.5 mm (tests/bench/prediction_table).
 template <typename Scalar>
-void expect_acceleration(State<Scalar>& state, Scalar interval_s, Scalar dt) {
-    constexpr Scalar kDelayShare = Scalar(0.4);
-    constexpr Scalar kLongest_s = Scalar(0.04);
-    const Scalar undecayed = 1 + std::min(dt, kLongest_s) / Scalar(kAccelerationMemory_s);
-    const Vec3<Scalar> missing = kDelayShare * velocity_delay_s(state.covariance, interval_s) * state.acceleration_m_s2;
-    state.velocity_m_s += missing;
-    state.covariance.template block<3, 3>(6, 6).diagonal() += Vec3<Scalar>::Constant(missing.squaredNorm() / 3);
+void predict(State<Scalar>& state, const Intensity<Scalar>& q, DeviceTime time) {
+    constexpr Scalar kWhite = Scalar(0.3);
+    const Scalar dt = seconds_as<Scalar>(time - state.time);
+    const Scalar drift = drift_variance(state.acceleration_m_s2, dt) / 3;
+    const Scalar turn_drift = drift_variance(state.angular_acceleration_rad_s2, dt) / 3;
+    const Scalar undecayed = 1 + dt / Scalar(kAccelerationMemory_s);
     state.acceleration_m_s2 *= undecayed;
     state.angular_acceleration_rad_s2 *= undecayed;
+    move(state, dt);
+    grow_covariance(state.covariance, {kWhite * q.translation_m2_s3, kWhite * q.rotation_rad2_s3}, dt);
+    for (int i = 0; i < 6; ++i) {
+        state.covariance(i, i) += i < 3 ? drift : turn_drift;
+    }
+    state.time = time;
 }
 
 /// Moves state and covariance to `time`, not before the state's own. Not inlined, so that its temporaries leave the stack.
