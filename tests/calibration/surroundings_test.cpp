@@ -252,7 +252,8 @@ TEST_F(Surroundings, RefuseTooFewPosesAndDegenerateGrids) {
                    "--calibration is required");
     expect_refused(calibrate(path("coils.toml")), "header must");
     std::filesystem::copy_file(data("grid"), path("grid.csv"), std::filesystem::copy_options::overwrite_existing);
-    expect_refused(calibrate(path("grid.csv")), "is not in the calibration; use --refit-fixtures");
+    expect_refused(calibrate(path("grid.csv")),
+                   "is not in the calibration, which has: YoutZup; use a file with one of these, or --refit-fixtures");
 }
 
 /// The fit gives a wrong pose little weight, but its error must not be stored as that of the dipoles.
