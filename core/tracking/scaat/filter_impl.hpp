@@ -373,8 +373,9 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTi
     }
     // Without the growth over the time of the prediction.
     const auto variance = [](const auto& p) { return p.template topLeftCorner<3, 3>().trace(); };
-    const Scalar grown = later ? variance(state.covariance) - variance(motion().covariance) : Scalar(0);
-    const Scalar deviation = std::sqrt(std::max(variance(estimate.covariance) - reported_factor(estimator_) * grown, Scalar(0)));
+    const Scalar grown =
+        later ? reported_factor(estimator_) * (variance(later->covariance) - variance(motion().covariance)) : Scalar(0);
+    const Scalar deviation = std::sqrt(std::max(variance(estimate.covariance) - grown, Scalar(0)));
     estimate.flags.set_if(!(deviation <= this->params().max_deviation_m), PoseFlag::uncertain);
     if (!estimate.flags.has_any(kDiscontinuous) && !continue_side(deviation)) {
         estimate.flags.set(PoseFlag::unconfirmed);
