@@ -113,7 +113,8 @@ TEST(Usage, ConfigurationErrorsNameTheLine) {
 
 TEST(Usage, OptionsWithoutEffectAreRefused) {
     expect_usage_error("run --duration 1 --predict 0.02", "--tracker direct estimates no velocity; use --tracker scaat");
-    expect_usage_error("run --duration 1 --tracker scaat --predict 10", "--predict 10: must be a number of seconds, 0 (no prediction) to 0.1");
+    expect_usage_error("run --duration 1 --tracker scaat --predict 10",
+                       "--predict 10: must be a number of seconds, 0 (no prediction) to 0.1");
     expect_usage_error("run --duration 1 --predict -1", "--predict");
     expect_usage_error("run --device can:vcan9 --predict 0.02", "--tracker direct estimates no velocity; use --tracker scaat");
     expect_usage_error("run --duration 1 --tracker scaat --predict -0.1", "--predict");

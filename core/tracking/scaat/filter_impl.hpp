@@ -381,7 +381,7 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTi
     // Without the growth over the time of the prediction.
     const auto variance = [](const auto& p) { return p.template topLeftCorner<3, 3>().trace(); };
     const Scalar grown =
-        later ? reported_factor(estimator_) * (variance(state.covariance) - variance(motion().covariance)) : Scalar(0);
+        later ? reported_factor(estimator_) * (variance(later->covariance) - variance(motion().covariance)) : Scalar(0);
     const auto measured_deviation_m = [&] { return std::sqrt(std::max(variance(estimate.covariance) - grown, Scalar(0))); };
     if (may_show_side(estimate.flags) && !continue_side(measured_deviation_m())) {
         estimate.flags.set(PoseFlag::unconfirmed);
