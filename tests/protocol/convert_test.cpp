@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "tests/support/random_poses.hpp"
@@ -56,7 +57,18 @@ TEST(Convert, NaNMakesAPoseInvalid) {
     tracking::PoseEstimate<double> received;
     ASSERT_EQ(from_message(to_message(e), received), WireError::none);
     EXPECT_FALSE(received.valid());
-    EXPECT_TRUE(received.position_m.allFinite());
+    EXPECT_TRUE(std::isnan(received.position_m.x()) && std::isinf(received.covariance(5, 5)));
+    EXPECT_TRUE(received.flags.has(tracking::PoseFlag::not_converged));
+}
+
+TEST(Convert, APoseWithoutASensorHasNoNumbersOnTheOtherSide) {
+    std::mt19937_64 random(2);
+    auto e = some_pose(random);
+    e.flags = {tracking::PoseFlag::no_sensor};
+    tracking::PoseEstimate<double> received;
+    ASSERT_EQ(from_message(to_message(e), received), WireError::none);
+    EXPECT_TRUE(received.flags == e.flags);
+    EXPECT_TRUE(std::isnan(received.position_m.y()) && std::isinf(received.covariance(0, 0)) && std::isnan(received.snr_db));
 }
 
 TEST(Convert, ValuesOutOfRangeSaturate) {

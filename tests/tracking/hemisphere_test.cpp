@@ -67,6 +67,21 @@ TEST(AfterLoss, TooShortToHaveCrossedItStaysKnown) {
     }
 }
 
+TEST(AfterLoss, AVaguePoseDoesNotMakeAGuessKnown) {
+    const Vec3<double> last(0.5, 0, 0);
+    const auto at = [](double seconds) { return DeviceTime{microseconds_from_seconds(seconds)}; };
+    Hemisphere<double> hemisphere(Vec3<double>::UnitX(), false);
+    ASSERT_FALSE(hemisphere.must_mirror(last, at(0)));
+    hemisphere.follow(last, at(0));
+    ASSERT_FALSE(hemisphere.must_mirror(last, at(0.1)));
+    EXPECT_TRUE(hemisphere.known());
+    ASSERT_FALSE(hemisphere.must_mirror(last, at(1)));  // long enough to reach the mirror image
+    EXPECT_FALSE(hemisphere.known());
+    hemisphere.see(last, at(1));
+    ASSERT_FALSE(hemisphere.must_mirror(last, at(1.01)));
+    EXPECT_FALSE(hemisphere.known());
+}
+
 /// Short form of tests/honesty/return_test.cpp.
 TEST(AfterLoss, ComesBackAtOnceAndOnItsSide) {
     constexpr int kRuns = 3;
