@@ -44,7 +44,7 @@ RecordLines::RecordLines(const std::string& folder, RecordFile file)
 }
 
 bool RecordLines::next(std::string& line) {
-    if (!reader_.next(line) || reader_.was_cut()) {
+    if (!reader_.next_whole(line)) {
         return false;
     }
     line += added_;

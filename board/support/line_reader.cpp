@@ -18,6 +18,24 @@ LineReader::LineReader(const std::string& path) : path_(path) {
 }
 
 bool LineReader::next(std::string& line) {
+    const bool is_read = read(line);
+    refuse_binary(line);
+    return is_read;
+}
+
+bool LineReader::next_whole(std::string& line) {
+    if (!read(line) || cut_) {
+        return false;
+    }
+    refuse_binary(line);
+    return true;
+}
+
+void LineReader::refuse_binary(const std::string& line) const {
+    refuse_if(line.find('\0') != std::string::npos, "{}:{}: binary data; a text file is needed", path_, line_);
+}
+
+bool LineReader::read(std::string& line) {
     line.clear();
     cut_ = false;
     std::streambuf& bytes = *file_.rdbuf();
@@ -42,7 +60,6 @@ bool LineReader::next(std::string& line) {
     }
     ++line_;
     read_bytes_ += line.size() + 1;
-    refuse_if(line.find('\0') != std::string::npos, "{}:{}: binary data; a text file is needed", path_, line_);
     return true;
 }
 

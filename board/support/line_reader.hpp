@@ -19,6 +19,10 @@ public:
     /// line that is longer than kLongestLine or has a zero byte.
     bool next(std::string& line);
 
+    /// next(), but the end of a line that was cut is the end of the file, whatever it contains: after a loss of power it may be
+    /// zeros.
+    bool next_whole(std::string& line);
+
     /// Part of the file that was read, 0 to 1; 1 if its size is unknown.
     [[nodiscard]] double share() const;
 
@@ -28,6 +32,9 @@ public:
     [[nodiscard]] std::size_t line() const { return line_; }
 
 private:
+    bool read(std::string& line);
+    void refuse_binary(const std::string& line) const;
+
     std::string path_;
     std::ifstream file_;
     std::uintmax_t size_bytes_ = 0;

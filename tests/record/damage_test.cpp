@@ -263,6 +263,16 @@ TEST_F(Damage, ALineCutOffIsNotRead) {
     EXPECT_TRUE(result.json()["bit_for_bit"]);
 }
 
+TEST_F(Damage, ZerosAfterALossOfPowerAreNotRead) {
+    end_early();
+    const auto before = tricoil("replay --json " + folder_);
+    ASSERT_EQ(before.exit_code, 0) << before.err;
+    put("inputs.csv", get("inputs.csv") + std::string(100, '\0'));
+    const auto after = tricoil("replay --json " + folder_);
+    EXPECT_EQ(after.exit_code, 0) << after.err;
+    EXPECT_EQ(after.out, before.out);
+}
+
 TEST_F(Damage, AKilledRecordingWithoutALineIsEmpty) {
     end_early();
     for (const char* name : {"inputs.csv", "poses.csv", "events.csv"}) {

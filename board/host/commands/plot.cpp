@@ -17,6 +17,7 @@
 #include "board/support/json_text.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
+#include "board/support/text_table.hpp"
 #include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
@@ -80,7 +81,7 @@ int plot(const PlotCommand& command) {
     const std::string poses =
         draw(folder.path(), {picture, table.string(), command.poses, fmt::format("{}", fmt::join(flag_names(), ","))}, guard);
     write_whole_file(out, bytes_of(folder.path() / picture));
-    print_result({{"poses", std::stoull(poses)}, {"out", out}}, command.json,
+    print_result({{"poses", number_from<std::size_t>(poses.substr(0, poses.find('\n'))).value_or(0)}, {"out", out}}, command.json,
                  [](const Json& r) { return fill(r, "{out}: {poses} poses\n"); });
     return to_int(ExitCode::fine);
 }

@@ -67,7 +67,7 @@ private:
     [[nodiscard]] bool continue_side(Scalar deviation_m);
     void stop();
 
-    void predict(State<Scalar>& later, Microseconds ahead, bool coasting);
+    [[nodiscard]] bool predict(State<Scalar>& later, Microseconds ahead, bool coasting);
     [[nodiscard]] Pose report(PoseFlags flags, Microseconds ahead, DeviceTime now);
 
     ScaatParams<Scalar> params_;

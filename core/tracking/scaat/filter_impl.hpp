@@ -298,6 +298,7 @@ void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const Si
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::turn_around() {
     horizon_.restart();
+    horizon_.restart();
     if (model_.is_even()) {
         estimator_.mirror_state();
     } else {
@@ -351,25 +352,28 @@ void Filter<Scalar, Model>::do_restart(DeviceTime now) {
     estimator_.set_last_used(now);
 }
 
-/// Predicts a copy of the state, and corrects it with the errors of earlier predictions over the same time.
+/// Moves a copy of the state ahead. True if this is a prediction, corrected with the errors of earlier ones over the same time;
+/// not while only columns are missing, and not until the acceleration is known.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Filter<Scalar, Model>::predict(State<Scalar>& later, Microseconds ahead, bool coasting) {
-    scaat::predict(later, intensity(), later.time + ahead);
-    if (!is_running_ || !estimator_.is_learning() || !estimator_.history().confirmed()) {
+bool Filter<Scalar, Model>::predict(State<Scalar>& later, Microseconds ahead, bool coasting) {
+    if (params_.predict_ahead.count() == 0 || !is_running_ || !estimator_.is_learning()) {
         horizon_.restart();
-    } else if (params_.predict_ahead.count() > 0) {
-        horizon_.compare(motion());
-        horizon_.correct(later, motion().covariance, reported_factor(estimator_), !coasting);
+        propagate(later, intensity(), later.time + ahead);
+        return false;
     }
+    scaat::predict(later, intensity(), later.time + ahead);
+    const bool is_confirmed = estimator_.history().confirmed();
+    horizon_.compare(motion(), is_confirmed);
+    horizon_.correct(later, motion().covariance, reported_factor(estimator_), is_confirmed && !coasting);
+    return true;
 }
 
 /// Always contains a value. The optional lets callers return it without a copy.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTime now) -> Pose {
     std::optional<State<Scalar>> later;
-    if (ahead.count() > 0) {
-        predict(later.emplace(motion()), ahead, flags.has(PoseFlag::coasting));
-    }
+    const bool coasting = flags.has(PoseFlag::coasting);
+    const bool is_prediction = ahead.count() > 0 && predict(later.emplace(motion()), ahead, coasting);
     const State<Scalar>& state = later ? *later : motion();
     Pose reported(std::in_place);
     PoseEstimate<Scalar>& estimate = *reported;
@@ -378,10 +382,11 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTi
     const bool silent = estimator_.history().silence(motion().time) > params_.coast_limit;
     estimate.flags.set_if(!is_running_ || silent, PoseFlag::stale);
     cover_misfit(estimate, health_);
-    // Without the growth over the time of the prediction.
+    // Without the growth over the time of the prediction; that over missing columns counts.
     const auto variance = [](const auto& p) { return p.template topLeftCorner<3, 3>().trace(); };
-    const Scalar grown =
-        later ? reported_factor(estimator_) * (variance(later->covariance) - variance(motion().covariance)) : Scalar(0);
+    const Scalar grown = is_prediction && !coasting
+                             ? reported_factor(estimator_) * (variance(later->covariance) - variance(motion().covariance))
+                             : Scalar(0);
     const auto measured_deviation_m = [&] { return std::sqrt(std::max(variance(estimate.covariance) - grown, Scalar(0))); };
     if (may_show_side(estimate.flags) && !continue_side(measured_deviation_m())) {
         estimate.flags.set(PoseFlag::unconfirmed);

@@ -68,12 +68,17 @@ public:
     /// For a state that does not continue the last one: discards the predictions that were not compared yet.
     void restart() { waiting_ = 0; }
 
-    void compare(const Motion<Scalar>& now) {
+    /// is_confirmed: of the present state; only then it tells the errors.
+    void compare(const Motion<Scalar>& now, bool is_confirmed) {
         constexpr Scalar kMemory_s = Scalar(0.5);
+        constexpr Scalar kForget_s = 2;
         for (; waiting_ > 0 && past_[first_].motion.time <= now.time; --waiting_) {
             const auto& [then, grown, interval_s] = past_[std::exchange(first_, (first_ + 1) % past_.size())];
+            if (!is_confirmed) {
+                continue;
+            }
             const Scalar back_s = seconds_as<Scalar>(then.time - now.time);
-            const Scalar kept = 1 / (1 + std::clamp(interval_s / kMemory_s, Scalar(0), Scalar(1)));
+            const Scalar kept = interval_s > kForget_s ? Scalar(0) : 1 / (1 + std::max(interval_s / kMemory_s, Scalar(0)));
             const Quat<Scalar> turn = geometry::rotation_vector_to_quaternion<Scalar>(
                 displacement<Scalar>(now.rate_rad_s, now.angular_acceleration_rad_s2, back_s));
             const Quat<Scalar> q_error = turn * now.q_source_sensor * then.q_source_sensor.conjugate();
@@ -130,7 +135,7 @@ class Horizon<float> {
 public:
     explicit Horizon(Microseconds /*ahead*/) {}
     void restart() {}
-    void compare(const auto& /*now*/) {}
+    void compare(const auto& /*now*/, bool /*is_confirmed*/) {}
     void correct(const auto& /*later*/, const auto& /*before*/, float /*factor*/, bool /*keep*/) {}
 };
 
