@@ -139,8 +139,8 @@ TEST(Recording, TimeGoesOnAfterARestartOfTheClock) {
     const std::string folder = fresh_folder("restarted");
     {
         host::Recorder recorder(folder, {{"kind", "test"}}, host::Journal::WhenFull::wait);
-        for (const std::int64_t us :
-             {20'000'000, 25'000'000, 24'990'000, 0, 3'000'000}) {  // poses of a device, which began again
+        for (const std::int64_t us : {20'000'000, 25'000'000, 24'990'000, 1'000'000 /* of a silent sensor */, 26'000'000,  //
+                                      0, 4'000, 8'000, 12'000, 3'000'000}) {  // the device began again
             tracking::PoseEstimate<double> pose;
             pose.time = device_time_us(us);
             recorder.pose(pose);
@@ -152,8 +152,8 @@ TEST(Recording, TimeGoesOnAfterARestartOfTheClock) {
     host::Source& source = recorded;
     while (source.advance(Microseconds{})) {
     }
-    EXPECT_EQ(recorded.played(), 5U);
-    EXPECT_EQ(source.elapsed(), Microseconds{8'000'000});
+    EXPECT_EQ(recorded.played(), 10U);
+    EXPECT_EQ(source.elapsed(), Microseconds{8'988'000});
 }
 
 TEST(Recording, ConvertsToJsonLinesAndCsv) {

@@ -127,20 +127,19 @@ void MatrixTracker<Scalar>::do_restart(DeviceTime /*now*/) {
     hemisphere_.forget();
 }
 
-/// A fault is neither motion nor metal. Deskew uses a bad column in later matrices too, where it can stay undetected.
-/// Poses are therefore unconfirmed until two further columns of each state have come.
+/// A fault is neither motion nor metal. Poses are unconfirmed until the motion is known again, which takes two more matrices.
+/// Deskew uses a bad column, also of a jump, in later matrices too, where it can stay undetected: two further columns of each
+/// state.
 template <typename Scalar>
 void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate, bool jumped) {
-    constexpr int kHistory = 2 * kSourceCoils;
+    const int history = deskew_ ? 2 * kSourceCoils : 2;
     const bool faulty = estimate.flags.has_any(kFaultFlags);
     if (faulty) {
         forget_column_motion();
         misfit_ = {};
     }
-    if (deskew_) {
-        estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
-        unconfirmed_ = faulty || jumped ? kHistory : std::max(unconfirmed_ - 1, 0);
-    }
+    estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
+    unconfirmed_ = faulty || (deskew_ && jumped) ? history : std::max(unconfirmed_ - 1, 0);
 }
 
 /// The method's step from the last pose. not_ready: no last pose, or the method has no step. not_converged: the step is too large

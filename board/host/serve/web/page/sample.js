@@ -21,17 +21,17 @@ export function learn(hello) {
 
 export const namesOf = bits => flags.names.filter((_, bit) => bits >> bit & 1);
 
-/// Fields that are null where there is no sensor, and where no error can be predicted.
-const kFirst = kColumns.indexOf('x');
-const mayBeNone = n => n >= kFirst;
+/// Numbers of an invalid pose may be null: there is no sensor. The error of any pose may be: it cannot be predicted.
+const kFirst = kColumns.indexOf('x'), kFlags = kColumns.indexOf('flags'), kError = kColumns.indexOf('error_mm');
+const mayBeNull = (values, n) => n === kError || (n >= kFirst && (values[kFlags] & flags.invalidating) !== 0);
 
-/// Pose from its compact form, with NaN for null; null if it is damaged. time_s: of the device. sigma_mm: 3D standard deviation. expected_mm: expected RMS error; root of
-/// the sum of squares of the distortion and the larger of predicted error and standard deviation.
+/// Pose from its compact form, with NaN for null; null if it is damaged. time_s: of the device. sigma_mm: 3D standard deviation. expected_mm: expected RMS
+/// error, the larger of predicted error and standard deviation, which contains the distortion.
 export function decode(values) {
   const complete = Array.isArray(values) && values.length === kColumns.length &&
-      values.every((v, n) => Number.isFinite(v) || (v === null && mayBeNone(n)));
+      values.every((v, n) => Number.isFinite(v) || (v === null && mayBeNull(values, n)));
   if (!complete) return null;
-  const error_mm = values[kColumns.indexOf('error_mm')];
+  const error_mm = values[kError];
   const [sensor, time_us, utc_ms, bits, state, x, y, z, qw, qx, qy, qz, ...rest] = values.map(v => v ?? NaN);
   const covariance = rest.slice(0, 6);
   const [, distortion_mm, snr_db] = rest.slice(6);
@@ -49,7 +49,7 @@ export function decode(values) {
     distortion_mm,
     snr_db,
     sigma_mm,
-    expected_mm: Math.hypot(Math.max(error_mm ?? 0, sigma_mm), distortion_mm),
+    expected_mm: Math.max(error_mm ?? 0, sigma_mm),
     valid: (bits & flags.invalidating) === 0 && Number.isFinite(x + y + z + qw + sigma_mm),
     names: namesOf(bits)
   };
