@@ -17,7 +17,7 @@ struct ChainParams {
     std::vector<std::string> faults;  // as parse_fault() reads them
     std::uint64_t seed = 1;
     double frame_rate_hz = 240;
-    bool confined = false;  // the trackers may assume that the sensor stays in its hemisphere
+    bool confined = false;                                 // the trackers may assume that the sensor stays in its hemisphere
     std::optional<tracking::MethodParams<double>> method;  // instead of `filtered`
 };
 
