@@ -51,7 +51,8 @@ int starts = 0;
 }
 
 [[gnu::noinline]] void take_column() {
-    if (const auto estimate = filter->update(column)) {
+    const auto estimate = filter->update(column);
+    if (estimate && estimate->position_m.allFinite()) {  // columns that match no pose have no position
         last_m = estimate->position_m;
     }
 }
