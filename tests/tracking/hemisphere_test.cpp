@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "tests/honesty/return_after_loss.hpp"
 #include "tests/support/column_replay.hpp"
@@ -65,6 +67,16 @@ TEST(AfterLoss, TooShortToHaveCrossedItStaysKnown) {
         EXPECT_EQ(seen.wrong, 0U);
         EXPECT_GT(seen.valid_after, 1900U);
     }
+}
+
+/// 70 degrees away after 0.3 s: 0.86 m, while the mirror image is 1.23 m away.
+TEST(AfterLoss, AHandMayHaveMovedFarButNotToTheMirrorImage) {
+    constexpr double kAngle_rad = 70 * std::numbers::pi / 180;
+    const Vec3<double> last(0.75, 0, 0);
+    const Vec3<double> next(0.75 * std::cos(kAngle_rad), 0.75 * std::sin(kAngle_rad), 0);
+    EXPECT_TRUE(Sides<double>::is_mirror_excluded(next, last, Microseconds{300'000}));
+    EXPECT_FALSE(Sides<double>::is_mirror_excluded(next, last, Microseconds{250'000}));  // farther than a hand moves
+    EXPECT_FALSE(Sides<double>::is_mirror_excluded(next, last, Microseconds{450'000}));  // both can be reached
 }
 
 TEST(AfterLoss, AVaguePoseDoesNotMakeAGuessKnown) {
