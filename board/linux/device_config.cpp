@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <utility>
 
 #include "board/linux/device_uri.hpp"
 #include "board/linux/text_name.hpp"
@@ -105,9 +104,8 @@ Vec3<double> direction_of(const std::string& name, std::string_view text) {
     for (Index i = 0; i < 3 && fields.size() == 3; ++i) {
         direction(i) = host::number_from<double>(fields[static_cast<std::size_t>(i)]).value_or(std::nan(""));
     }
-    if (!direction.allFinite() || direction.isZero(0)) {
-        throw host::InputError("device '" + name + "': hemisphere must be a direction X/Y/Z, for example hemisphere=1/0/0");
-    }
+    host::refuse_if(!direction.allFinite() || direction.isZero(0),
+                    "device '{}': hemisphere must be a direction X/Y/Z, for example hemisphere=1/0/0", name);
     return direction;
 }
 
@@ -117,10 +115,9 @@ DeviceConfig parse_device_config(const std::string& name, std::string_view text)
     const toml::table parsed = host::parse_toml(name, text);
     CheckedTable root(name, "", parsed);
     DeviceConfig config;
-    config.device = root.text("device", "");
-    if (!config.device.empty()) {
+    if (const std::string device = root.text("device", ""); !device.empty()) {
         try {
-            take_side(config);
+            set_device(config, device);
             if (is_text_source(config.device)) {
                 parse_text_name(config.device);
             } else {
@@ -153,19 +150,18 @@ DeviceConfig load_device_config(const std::string& path) {
     return config;
 }
 
-void take_side(DeviceConfig& config) {
+void set_device(DeviceConfig& config, const std::string& name) {
     constexpr std::string_view kHemisphere = "hemisphere=";
-    const std::string name = std::exchange(config.device, "");
+    config.device.clear();
     for (const std::string_view part : host::split(name, ',')) {
         if (part == "confined") {
             config.confined = true;
         } else if (part.starts_with(kHemisphere)) {
-            config.hemisphere = config.hemisphere.value_or(direction_of(name, part.substr(kHemisphere.size())));
-        } else if (config.device.empty() || is_text_source(name)) {
-            config.device.append(config.device.empty() ? "" : ",").append(part);
+            config.hemisphere = direction_of(name, part.substr(kHemisphere.size()));
         } else {
-            throw host::InputError(
-                fmt::format("device '{}': '{}' is not known; only hemisphere=X/Y/Z and confined may follow", name, part));
+            host::refuse_if(!config.device.empty() && !is_text_source(name),
+                            "device '{}': '{}' is not known; only hemisphere=X/Y/Z and confined may follow", name, part);
+            config.device.append(config.device.empty() ? "" : ",").append(part);
         }
     }
 }

@@ -41,8 +41,8 @@ DeviceConfig load_device_config(const std::string& path);
 /// The same from text. `name`: file name for messages.
 DeviceConfig parse_device_config(const std::string& name, std::string_view text);
 
-/// Moves the keys ",hemisphere=X/Y/Z" (direction, source frame) and ",confined" of config.device to the members of these names;
-/// a hemisphere that is set already stays. Throws InputError that names the invalid part.
-void take_side(DeviceConfig& config);
+/// Sets config.device to `name` without its keys ",hemisphere=X/Y/Z" (direction, source frame) and ",confined", and the members
+/// of these names to their values. Throws InputError that names the invalid part.
+void set_device(DeviceConfig& config, const std::string& name);
 
 }  // namespace tricoil::linux_board

@@ -89,7 +89,8 @@ private:
             push(*json, host::put_json({pose}, host::kPoseForm, *units_, line_));
         }
         if (served) {
-            push(*served, host::put_json({.pose = pose, .utc = utc_.at(pose.time)}, host::kServedForm, *units_, line_));
+            const host::PoseRow row{.pose = pose, .utc = utc_.at(pose.time), .expected_error_m = expected_.after(pose)};
+            push(*served, host::put_json(row, host::kServedForm, *units_, line_));
         }
     }
     void push(LinePump& pump, std::size_t size) {
@@ -99,6 +100,7 @@ private:
 
     const host::PoseUnits* units_ = nullptr;
     host::PoseUtc utc_;
+    host::ExpectedError expected_;
     std::array<char, host::kLongestPoseText + 1> line_{};
 };
 

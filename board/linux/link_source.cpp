@@ -5,9 +5,9 @@
 
 namespace tricoil::linux_board {
 
-std::unique_ptr<LinkSource> open_link(DeviceConfig config, const std::optional<calibration::Calibration<double>>& calibration,
+std::unique_ptr<LinkSource> open_link(const DeviceConfig& config,
+                                      const std::optional<calibration::Calibration<double>>& calibration,
                                       tracking::TrackerTap<double>& tap, const host::ToolTips& tips) {
-    take_side(config);
     if (is_text_source(config.device)) {
         return std::make_unique<TextSource>(config, calibration, tap);
     }

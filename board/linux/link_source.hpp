@@ -37,7 +37,8 @@ public:
 /// calibration: content of the file config.calibration. `tap` must outlive the source; it gets the poses of the sensors; `tips`
 /// are those of poses on the link. Throws InputError for an invalid configuration, DeviceError if a coil line cannot be opened or
 /// a port is in use.
-std::unique_ptr<LinkSource> open_link(DeviceConfig config, const std::optional<calibration::Calibration<double>>& calibration,
+std::unique_ptr<LinkSource> open_link(const DeviceConfig& config,
+                                      const std::optional<calibration::Calibration<double>>& calibration,
                                       tracking::TrackerTap<double>& tap, const host::ToolTips& tips = {});
 
 }  // namespace tricoil::linux_board

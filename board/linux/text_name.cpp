@@ -45,17 +45,12 @@ void set_key(TextName& name, const std::string& device, const std::string& key, 
 TextName parse_text_name(const std::string& device) {
     TextName name;
     const std::size_t colon = device.find(':');
-    const std::string rest = device.substr(colon + 1);
-    const std::size_t comma = rest.find(',');
-    name.where = rest.substr(0, comma);
+    const auto parts = host::split(std::string_view(device).substr(colon + 1), ',');
+    name.where = parts.front();
     host::refuse_if(name.where.empty(), "device '{}': needs -, tcp:PORT, udp:PORT or a file", device);
-    for (std::size_t begin = comma; begin != std::string::npos;) {
-        const std::size_t end = rest.find(',', begin + 1);
-        const std::string part = rest.substr(begin + 1, end == std::string::npos ? end : end - begin - 1);
-        const std::size_t equals = part.find('=');
-        host::refuse_if(equals == std::string::npos, "device '{}': '{}' is not KEY=VALUE", device, part);
-        set_key(name, device.substr(0, colon), part.substr(0, equals), part.substr(equals + 1));
-        begin = end;
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+        const auto [key, value] = host::key_and_value(parts[i], "device '" + device + "'");
+        set_key(name, device.substr(0, colon), key, value);
     }
     return name;
 }

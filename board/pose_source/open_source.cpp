@@ -67,19 +67,14 @@ void set_key(SimulationName& name, const std::string& key, const std::string& va
 /// Text after "sim:".
 SimulationName parse_simulation(const std::string& text) {
     SimulationName name;
-    std::size_t begin = 0;
-    while (begin <= text.size()) {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        const std::string part = text.substr(begin, end - begin);
-        const std::size_t equals = part.find('=');
-        if (begin == 0 && equals == std::string::npos) {
-            name.options.scenario = part.empty() ? name.options.scenario : part;
-        } else if (equals == std::string::npos) {
-            throw InputError("sim: '" + part + "' is not KEY=VALUE");
-        } else {
-            set_key(name, part.substr(0, equals), part.substr(equals + 1));
-        }
-        begin = end + 1;
+    const auto parts = split(text, ',');
+    const bool has_scenario = parts.front().find('=') == std::string_view::npos;
+    if (has_scenario && !parts.front().empty()) {
+        name.options.scenario = parts.front();
+    }
+    for (std::size_t i = has_scenario ? 1 : 0; i < parts.size(); ++i) {
+        const auto [key, value] = key_and_value(parts[i], "sim");
+        set_key(name, key, value);
     }
     return name;
 }
@@ -158,7 +153,7 @@ std::unique_ptr<PoseSource> open_device(const std::string& name, const std::stri
         config = linux_board::load_device_config(name);
         refuse_if(config.device.empty(), "{}: 'device' is missing; set it there", name);
     } else {
-        config.device = name;
+        linux_board::set_device(config, name);
     }
     config.method = tracker.empty() ? config.method : tracker;
     const auto calibration =

@@ -70,6 +70,12 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
     return fields;
 }
 
+std::pair<std::string, std::string> key_and_value(std::string_view part, std::string_view owner) {
+    const auto equals = part.find('=');
+    refuse_if(equals == std::string_view::npos, "{}: '{}' is not KEY=VALUE", owner, part);
+    return {std::string(part.substr(0, equals)), std::string(part.substr(equals + 1))};
+}
+
 double parse_number(std::string_view field, const TextPlace& place) {
     const auto value = number_from<double>(field);
     if (!value) {

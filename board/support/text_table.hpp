@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace tricoil::host {
@@ -25,6 +26,9 @@ struct TextPlace {
 
 /// Fields of a line, split at `separator`. A space splits at any run of blanks.
 std::vector<std::string_view> split(std::string_view line, char separator);
+
+/// The two sides of KEY=VALUE. Throws InputError that begins with `owner` unless there is a '='.
+std::pair<std::string, std::string> key_and_value(std::string_view part, std::string_view owner);
 
 /// The number, if all of `text` is one. `base`: of integers.
 template <typename Number, typename... Base>

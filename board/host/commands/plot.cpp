@@ -80,8 +80,12 @@ int plot(const PlotCommand& command) {
     const std::string picture = "poses" + extension;
     const std::string poses =
         draw(folder.path(), {picture, table.string(), command.poses, fmt::format("{}", fmt::join(flag_names(), ","))}, guard);
+    const auto count = number_from<std::size_t>(poses.substr(0, poses.find('\n')));
+    if (!count) {
+        throw DeviceError("plot: _draw.py is of another version; install the package tricoil again");
+    }
     write_whole_file(out, bytes_of(folder.path() / picture));
-    print_result({{"poses", number_from<std::size_t>(poses.substr(0, poses.find('\n'))).value_or(0)}, {"out", out}}, command.json,
+    print_result({{"poses", *count}, {"out", out}}, command.json,
                  [](const Json& r) { return fill(r, "{out}: {poses} poses\n"); });
     return to_int(ExitCode::fine);
 }

@@ -47,7 +47,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
         options.config = linux_board::load_device_config(command.config);
     }
     if (command.device_option->count() > 0) {
-        options.config.device = command.device;
+        linux_board::set_device(options.config, command.device);
     }
     refuse_if(options.config.device.empty(), "{}: 'device' is missing; set it there or give --device", command.config);
     refuse_fixed_method(command.options.tracker);

@@ -122,12 +122,7 @@ void add_button(const ServeCommand& command, Server& server) {
         return;
     }
     refuse_if(command.fastrak.empty(), "--button: only with --fastrak");
-    linux_board::DeviceConfig config;
-    if (is_on_device(*command.run)) {
-        config = device_options(*command.run).config;
-        linux_board::take_side(config);
-    }
-    const std::string& device = config.device;
+    const std::string device = is_on_device(*command.run) ? device_options(*command.run).config.device : "";
     refuse_if(command.button == "-" && linux_board::is_text_source(device) && linux_board::parse_text_name(device).where == "-",
               "--button - and --device exclude each other: both read standard input");
     server.add(std::make_unique<ButtonInput>(command.button, server.button()));

@@ -78,10 +78,7 @@ void read_path(CheckedTable& table, sim::MetalObject& object) {
 
 /// KEY=VALUE as a TOML value: a text, a number, or numbers separated by '/'.
 void insert_argument(toml::table& table, const std::string& argument, const std::string& text) {
-    const auto equals = argument.find('=');
-    refuse_if(equals == std::string::npos, "fault '{}': '{}' is not KEY=VALUE, as radius_m=0.05", text, argument);
-    const std::string key = argument.substr(0, equals);
-    const std::string value = argument.substr(equals + 1);
+    const auto [key, value] = key_and_value(argument, "fault '" + text + "'");
     refuse_if(table.contains(key), "fault '{}': '{}' is given twice", text, key);
     if (key == "material") {
         table.insert(key, value);
