@@ -52,5 +52,19 @@ TEST(Missing, AlsoByTheDirectMethodInBothModes) {
         << "the frame of the refused column has no pose";
 }
 
+TEST(Missing, NotAfterAColumnThatComesTwice) {
+    auto tracker = test::direct_tracker<double>(true, true);
+    test::ReplayParams params;
+    params.tdm = true;
+    params.sigma = 1e-6;
+    test::replay<double>(test::hand_like(3), params, [&](const Column<double>& column) {
+        for (const bool again : {false, true}) {
+            const auto estimate = tracker.update(column);
+            EXPECT_FALSE(estimate && estimate->flags.has(PoseFlag::columns_missing)) << again;
+        }
+    });
+    EXPECT_GT(tracker.counters().rejected[static_cast<std::size_t>(Rejection::duplicate)], 100U);
+}
+
 }  // namespace
 }  // namespace tricoil::tracking

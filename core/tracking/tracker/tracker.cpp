@@ -41,10 +41,11 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update_high(const Column<Sc
         correction_->correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
     }
     const std::uint64_t used = used_columns();
+    const std::uint64_t known = counters_.rejected[static_cast<std::size_t>(Rejection::duplicate)];
     std::optional<PoseEstimate<Scalar>> estimate = track(corrected);
     if (used_columns() > used) {
         since_gap_.add(1, column.flags.has(ColumnFlag::after_gap));
-    } else {
+    } else if (counters_.rejected[static_cast<std::size_t>(Rejection::duplicate)] == known) {
         since_gap_.refuse();
     }
     finish(estimate);
