@@ -21,6 +21,7 @@ struct PoseRow {
     std::size_t beyond_5_sigma = 0;  // valid; Mahalanobis distance of position or rotation
     std::size_t above_limit = 0;     // valid; standard deviation of the position above max_deviation_m
     std::vector<double> error_m;     // of valid poses
+    std::vector<double> shown;       // stated distortion in errors, of valid poses with this flag
 
     void add(const tracking::PoseEstimate<double>& e, const sim::Pose& truth, double max_deviation_m) {
         ++poses;
@@ -37,6 +38,9 @@ struct PoseRow {
         beyond_5_sigma += within ? 0U : 1U;
         above_limit += tracking::deviation_m(e) <= max_deviation_m ? 0U : 1U;
         error_m.push_back(dp.norm());
+        if (e.flags.has(tracking::PoseFlag::distorted)) {
+            shown.push_back(e.distortion_m / dp.norm());
+        }
     }
 
     void add(const PoseRow& other) {
@@ -46,6 +50,7 @@ struct PoseRow {
         beyond_5_sigma += other.beyond_5_sigma;
         above_limit += other.above_limit;
         error_m.insert(error_m.end(), other.error_m.begin(), other.error_m.end());
+        shown.insert(shown.end(), other.shown.begin(), other.shown.end());
     }
 
     [[nodiscard]] double share(std::size_t count, std::size_t all) const {
@@ -55,9 +60,16 @@ struct PoseRow {
     [[nodiscard]] double beyond_share() const { return share(beyond_5_sigma, valid); }
     [[nodiscard]] double max_m() const { return error_m.empty() ? 0 : *std::max_element(error_m.begin(), error_m.end()); }
 
+    /// Of the poses with a stated distortion, this share states fewer errors than this.
+    [[nodiscard]] double shown_quantile(double share_below) const {
+        std::vector<double> sorted = shown;
+        std::sort(sorted.begin(), sorted.end());
+        return sorted.empty() ? 0 : sorted[static_cast<std::size_t>(share_below * static_cast<double>(sorted.size() - 1))];
+    }
+
     static void print_header() {
-        std::printf("%-44s %8s %8s %10s %9s %9s %9s %10s\n", "", "poses", "valid %", "distorted %", "RMS mm", "99.9 % mm",
-                    "max mm", "> 5 sigma");
+        std::printf("%-44s %8s %8s %10s %9s %9s %9s %10s %18s\n", "", "poses", "valid %", "distorted %", "RMS mm", "99.9 % mm",
+                    "max mm", "> 5 sigma", "distortion / error");
     }
     void print(const std::string& name) const {
         std::vector<double> sorted = error_m;
@@ -68,8 +80,9 @@ struct PoseRow {
         }
         const auto n = static_cast<double>(std::max<std::size_t>(sorted.size(), 1));
         const double p999 = sorted.empty() ? 0 : sorted[static_cast<std::size_t>(0.999 * static_cast<double>(sorted.size() - 1))];
-        std::printf("%-44s %8zu %8.2f %10.3f %9.4f %9.3f %9.3f %9.4f%%\n", name.c_str(), poses, 100 * share(valid, poses),
-                    100 * distorted_share(), 1e3 * std::sqrt(squares / n), 1e3 * p999, 1e3 * max_m(), 100 * beyond_share());
+        std::printf("%-44s %8zu %8.2f %10.3f %9.4f %9.3f %9.3f %9.4f%%   5 %% %5.2f, median %5.2f\n", name.c_str(), poses,
+                    100 * share(valid, poses), 100 * distorted_share(), 1e3 * std::sqrt(squares / n), 1e3 * p999, 1e3 * max_m(),
+                    100 * beyond_share(), shown_quantile(0.05), shown_quantile(0.5));
     }
 
 private:

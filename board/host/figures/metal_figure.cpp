@@ -33,7 +33,7 @@ MetalError error_beside(const sim::Material& material, const Vec3<double>& place
     const auto solution = solver::solve_direct<double>(0.5 * field, 1);  // coupling constant 1 m^3: (6) with unit moments
     const double hidden = tracking::kHiddenShare * std::sqrt(solution->misfit_squared / 3);
     return {(solution->position_towards(kSensor_m) - kSensor_m).norm(),
-            tracking::position_deviation(solution->strength, solution->range_m, hidden)};
+            tracking::likely_distortion(solution->strength, solution->range_m, hidden)};
 }
 
 std::string header(const char* first, const std::vector<const char*>& values) {

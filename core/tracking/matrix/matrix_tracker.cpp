@@ -244,7 +244,7 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
         misfit_.add(metal, expected, still, this->params().distortion_gate, matrix.newest);
     }
     const Scalar shown = quadrature_.variance();
-    estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(std::max(misfit_.variance(), shown)));
+    estimate.distortion_m = likely_distortion(k, pose.range_m, std::sqrt(std::max(misfit_.variance(), shown)));
     const Scalar metal = std::max(misfit_.covered_variance(), shown);
     estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + metal));
     estimate.flags.set_if(!(deviation_m(estimate) <= this->params().max_deviation_m), PoseFlag::uncertain);

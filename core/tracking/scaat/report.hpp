@@ -59,7 +59,7 @@ void cover_misfit(PoseEstimate<Scalar>& estimate, const Health<Scalar, Model>& h
     const Scalar range_m = estimate.position_m.norm();
     estimate.covariance +=
         solver::pose_covariance<Scalar>(health.strength(), range_m, estimate.position_m / range_m, std::sqrt(variance));
-    estimate.distortion_m = position_deviation(health.strength(), range_m, std::sqrt(health.misfit_variance()));
+    estimate.distortion_m = likely_distortion(health.strength(), range_m, std::sqrt(health.misfit_variance()));
 }
 
 /// Adds the blur to the covariance in all directions. Blur is systematic: it stays from column to column, and averaging does not
