@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -43,6 +44,7 @@ enum class PoseFieldId : std::uint8_t {
     velocity,
     rate,
     utc,
+    expected,
     kCount,
 };
 
@@ -56,7 +58,7 @@ constexpr PoseForm kPoseForm =
     kPoseHead | PoseForm{PoseFieldId::deviation,  PoseFieldId::distortion,         PoseFieldId::snr,
                          PoseFieldId::flag_names, PoseFieldId::predicted_position, PoseFieldId::predicted_rotation,
                          PoseFieldId::euler};
-constexpr PoseForm kServedForm = kPoseForm | PoseForm{PoseFieldId::utc};
+constexpr PoseForm kServedForm = kPoseForm | PoseForm{PoseFieldId::utc, PoseFieldId::expected};
 /// CSV of a simulated run.
 constexpr PoseForm kScoredForm = kPoseForm | PoseForm{PoseFieldId::true_position, PoseFieldId::true_attitude,
                                                       PoseFieldId::position_error, PoseFieldId::orientation_error};
@@ -92,6 +94,7 @@ struct PoseRow {
     const Vec3<double>* velocity_m_s = nullptr;
     const Vec3<double>* rate_rad_s = nullptr;
     std::optional<UtcTime> utc = std::nullopt;
+    double expected_error_m = std::numeric_limits<double>::quiet_NaN();  // see ExpectedError
 };
 
 /// One field: an integer, numbers, or the names of the flags.

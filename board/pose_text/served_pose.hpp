@@ -1,6 +1,9 @@
-// Pose for clients, with its time in UTC, and as one line of JSON.
+// Pose for clients, with its time in UTC and its expected error, and as one line of JSON.
 #pragma once
 
+#include <limits>
+
+#include "board/pose_text/expected_error.hpp"
 #include "board/pose_text/pose_fields.hpp"
 #include "core/protocol/clock_map.hpp"
 
@@ -8,12 +11,14 @@ namespace tricoil::host {
 
 struct ServedPose {
     tracking::PoseEstimate<double> pose;
-    UtcTime utc;  // pose time
+    UtcTime utc;                                                         // pose time
+    double expected_error_m = std::numeric_limits<double>::quiet_NaN();  // see ExpectedError
 };
 
-/// The fields of all text forms, then utc_s (pose time, seconds since 1970), with line feed.
+/// The fields of all text forms, then utc_s (pose time, seconds since 1970) and expected_error_mm, with line feed.
 inline std::string served_pose_line(const ServedPose& served, const PoseUnits& units = {}) {
-    return pose_line({.pose = served.pose, .utc = served.utc}, PoseFormat::json, kServedForm, units);
+    return pose_line({.pose = served.pose, .utc = served.utc, .expected_error_m = served.expected_error_m}, PoseFormat::json,
+                     kServedForm, units);
 }
 
 /// UTC of poses, from their device times and arrivals.

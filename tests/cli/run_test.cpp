@@ -215,6 +215,9 @@ TEST(Run, PosesPredictTheirOwnErrors) {
             json["predicted_orientation_rms_deg"].get<double>() / json["orientation_rms_deg"].get<double>();
         EXPECT_NEAR(position, 1, 0.15) << options;
         EXPECT_NEAR(orientation, 1, 0.15) << options;
+        const double expected = json["expected_position_rms_m"].get<double>() / json["position_rms_m"].get<double>();
+        EXPECT_GT(expected, 0.9) << options;
+        EXPECT_LT(expected, 1.35) << options << ": the deviations cover a motion error of any direction";
     }
 }
 

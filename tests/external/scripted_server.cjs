@@ -10,7 +10,7 @@ const bits = names => names.reduce((sum, name) => sum | 1 << kFlags.indexOf(name
 const hello = {
   columns: [
     'sensor', 'time_us', 'utc_ms', 'flags', 'state', 'x', 'y', 'z', 'qw', 'qx', 'qy', 'qz', 'cxx', 'cxy', 'cxz', 'cyy', 'cyz', 'czz', 'error_mm',
-    'distortion_mm', 'snr_db'
+    'expected_mm', 'distortion_mm', 'snr_db'
   ],
   states: ['searching', 'tracking', 'lost'],
   flag_names: kFlags,
@@ -36,10 +36,13 @@ const running = {
   confined_to: []
 };
 
+/// The expected error of a sensor whose poses all have this covariance.
+const deviation_mm = c => c[0] === null ? null : 1000 * Math.sqrt(c[0] + c[3] + c[5]);
+
 /// Pose in compact form; t in ms. flags: names. covariance: 0.1 mm along x and 0.2 mm along y and z, by default.
 function sample(
     sensor, t, p, {flags = [], q = [1, 0, 0, 0], covariance = [1e-8, 0, 0, 4e-8, 0, 4e-8], error = 0.2, distortion = 0.1, snr = 60, state = 1} = {}) {
-  return [sensor, Math.round(1000 * t), t, bits(flags), state, ...p, ...q, ...covariance, error, distortion, snr];
+  return [sensor, Math.round(1000 * t), t, bits(flags), state, ...p, ...q, ...covariance, error, deviation_mm(covariance), distortion, snr];
 }
 
 /// A server whose events are sent by send(samples, status). asked: bodies of control requests. recordings: name to text, or {status, answer}.

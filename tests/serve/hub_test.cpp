@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <string>
 #include <thread>
 
 namespace tricoil::host {
@@ -58,6 +60,45 @@ TEST(PoseHub, KeepsTheNewestForLaterReaders) {
     EXPECT_TRUE(poses[0].pose.valid());
     std::this_thread::sleep_for(std::chrono::microseconds(SilenceWatch::kLimit.count() + 20'000));
     EXPECT_FALSE(hub.newest()[0].pose.valid());
+}
+
+/// A pose at `time_s` with this 3D deviation.
+tracking::PoseEstimate<double> uncertain_by(double deviation_m, double time_s) {
+    tracking::PoseEstimate<double> pose;
+    pose.time = device_time_us(std::llround(1e6 * time_s));
+    pose.covariance.setZero();
+    pose.covariance(1, 1) = deviation_m * deviation_m;
+    return pose;
+}
+
+TEST(ExpectedError, IsTheRmsOfTheStatedDeviationsOfTheLastSecond) {
+    ExpectedError expected;
+    EXPECT_DOUBLE_EQ(expected.after(uncertain_by(3e-3, 0)), 3e-3);
+    EXPECT_DOUBLE_EQ(expected.after(uncertain_by(4e-3, 0.5)), std::sqrt(12.5e-6));
+    auto invalid = uncertain_by(1, 0.9);
+    invalid.flags.set(tracking::PoseFlag::uncertain);
+    EXPECT_DOUBLE_EQ(expected.after(invalid), std::sqrt(12.5e-6)) << "invalid poses do not count";
+    EXPECT_NEAR(expected.after(uncertain_by(4e-3, 1.2)), 4e-3, 1e-12) << "the first pose is too old";
+    auto other = uncertain_by(9e-3, 1.3);
+    other.sensor = 1;
+    EXPECT_DOUBLE_EQ(expected.after(other), 9e-3);
+    EXPECT_NEAR(expected.after(uncertain_by(1e-3, 0.1)), 1e-3, 1e-12) << "the clock began anew";
+    EXPECT_TRUE(std::isnan(expected.after([&] {
+        auto late = invalid;
+        late.time = device_time_us(9'000'000);
+        return late;
+    }())));
+}
+
+TEST(PoseHub, PosesHaveTheirExpectedError) {
+    PoseHub hub;
+    PoseHub::Cursor cursor = hub.cursor();
+    hub.pose(uncertain_by(3e-3, 0));
+    hub.pose(uncertain_by(4e-3, 0.5));
+    std::vector<ServedPose> poses;
+    hub.read(cursor, poses);
+    EXPECT_DOUBLE_EQ(poses.at(1).expected_error_m, std::sqrt(12.5e-6));
+    EXPECT_NE(served_pose_line(poses[1]).find("\"expected_error_mm\":3.53553"), std::string::npos);
 }
 
 TEST(SilenceWatch, FlagsASilentSensorOnce) {

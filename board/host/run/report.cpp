@@ -15,8 +15,8 @@ constexpr const char* kScoreText =
     "(bound for simultaneous columns {bound_position_rms_m in mm:.3f} mm)\n"
     "  orientation  RMS {orientation_rms_deg:.4f} deg  95 % {orientation_p95_deg:.4f} deg  max {orientation_max_deg:.4f} deg  "
     "(bound {bound_orientation_rms_deg:.4f} deg)\n"
-    "  predicted    RMS {predicted_position_rms_m in mm:.3f} mm, {predicted_orientation_rms_deg:.4f} deg "
-    "(error budget of motion and noise, without metal)\n";
+    "  expected     RMS {expected_position_rms_m in mm:.3f} mm, {expected_orientation_rms_deg:.4f} deg "
+    "(stated deviations of the poses: noise, motion and metal)\n";
 
 const std::string& multiplexing(const RunReport& report) {
     return kMultiplexingNames[static_cast<std::size_t>(report.plan.params.multiplexing)];
@@ -81,6 +81,8 @@ Json run_result(const RunReport& r) {
         {"blur_position_rms_m", or_null(s, s.blur_position_m)},
         {"predicted_position_rms_m", or_null(s, s.predicted_position_m)},
         {"predicted_orientation_rms_deg", or_null(s, kDegrees * s.predicted_orientation_rad)},
+        {"expected_position_rms_m", or_null(s, s.expected_position_m)},
+        {"expected_orientation_rms_deg", or_null(s, kDegrees * s.expected_orientation_rad)},
         {"smoothed_position_rms_m", r.smoothed ? or_null(*r.smoothed, r.smoothed->position_m.rms) : Json(nullptr)},
         {"smoothed_orientation_rms_deg",
          r.smoothed ? or_null(*r.smoothed, kDegrees * r.smoothed->orientation_rad.rms) : Json(nullptr)},

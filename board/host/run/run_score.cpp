@@ -37,6 +37,8 @@ PoseError RunScore::add(const tracking::PoseEstimate<double>& estimate) {
         }
         position_m_.push_back(error.position_m);
         orientation_rad_.push_back(error.orientation_rad);
+        totals_.expected_position_m += estimate.covariance.topLeftCorner<3, 3>().trace();
+        totals_.expected_orientation_rad += estimate.covariance.bottomRightCorner<3, 3>().trace();
         totals_.distorted += estimate.flags.has(tracking::PoseFlag::distorted) ? 1U : 0U;
         if (estimate.predicted_error) {
             add_prediction(estimate.predicted_error->total);
@@ -85,6 +87,9 @@ ScoreSummary RunScore::summary() const {
     summary.scored = position_m_.size();
     summary.position_m = summarise(position_m_);
     summary.orientation_rad = summarise(orientation_rad_);
+    const double scored = summary.scored == 0 ? 1 : static_cast<double>(summary.scored);
+    summary.expected_position_m = std::sqrt(totals_.expected_position_m / scored);
+    summary.expected_orientation_rad = std::sqrt(totals_.expected_orientation_rad / scored);
     const double n = bounds_ == 0 ? 1 : static_cast<double>(bounds_);
     summary.bound_position_m = std::sqrt(totals_.bound_position_m / n);
     summary.bound_orientation_rad = std::sqrt(totals_.bound_orientation_rad / n);

@@ -28,6 +28,8 @@ struct ScoreSummary {
     double blur_position_m = 0;       // RMS of the blur alone
     double predicted_position_m = 0;  // RMS of the errors that the poses predict
     double predicted_orientation_rad = 0;
+    double expected_position_m = 0;  // RMS of the stated deviations
+    double expected_orientation_rad = 0;
     double snr_db = 0;  // 20 log10(k / sigma), mean over the poses for which a bound is computed
     std::size_t scored = 0;
     std::size_t invalid = 0;       // after the settling time, left out

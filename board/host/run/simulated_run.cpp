@@ -265,6 +265,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     };
     const auto reference = static_cast<std::size_t>(std::max(options.output.relative_to - 1, 0));
     std::optional<PoseStages> stages;
+    ExpectedError expected;
     PoseTap written([&](const tracking::PoseEstimate<double>& pose) {
         if (csv) {
             const TruePose of_reference = true_pose(truth(reference, pose.time));
@@ -272,7 +273,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
             csv->write(pose_line({pose, &seen}, PoseFormat::csv, kScoredForm, stages->units()));
         }
         if (lines) {
-            const ServedPose served{pose, begin + pose.time.since_start()};
+            const ServedPose served{pose, begin + pose.time.since_start(), expected.after(pose)};
             lines->write(served_pose_line(served, stages->units()));
             lines->flush();  // a reader of a run in real time gets each pose at once
         }

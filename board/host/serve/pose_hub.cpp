@@ -77,6 +77,7 @@ void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
         ServedPose& served = ring_[count_ % kCapacity];
         served.pose = estimate;
         served.utc = utc_.at(estimate.time);
+        served.expected_error_m = expected_.after(estimate);
         ++count_;
         if (estimate.sensor < newest_.size()) {
             newest_[estimate.sensor] = served;

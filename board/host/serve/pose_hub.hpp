@@ -89,6 +89,7 @@ private:
     int sensors_ = 0;
     std::vector<Vec3<double>> confinement_;
     PoseUtc utc_;
+    ExpectedError expected_;
     std::function<void()> notify_;
 };
 

@@ -34,8 +34,13 @@ Json json_of(const PageStatus& status) {
 }
 
 /// Appends a comma and the number; null if there is none.
-void put_number(std::string& out, const char* form, double value) {
-    out += std::isfinite(value) ? fmt::format(fmt::runtime(form), value) : ",null";
+void put_number(std::string& out, fmt::format_string<double&> form, double value) {
+    out += ',';
+    if (std::isfinite(value)) {
+        fmt::format_to(std::back_inserter(out), form, value);
+    } else {
+        out += "null";
+    }
 }
 
 }  // namespace
@@ -48,13 +53,14 @@ void put_compact(const ServedPose& served, std::string& out) {
     fmt::format_to(std::back_inserter(out), "[{},{},{:.3f},{},{}", e.sensor, to_us(e.time),
                    1e-3 * static_cast<double>(to_us(served.utc)), e.flags.bits(), static_cast<int>(e.state));
     for (const double part : {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
-        put_number(out, ",{:.7f}", part);
+        put_number(out, "{:.7f}", part);
     }
     const double error_m = e.predicted_error ? e.predicted_error->total.position_m : std::nan("");
-    for (const double part : {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2), 1e3 * error_m, 1e3 * e.distortion_m}) {
-        put_number(out, ",{:.4g}", part);
+    for (const double part : {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2), 1e3 * error_m, 1e3 * served.expected_error_m,
+                              1e3 * e.distortion_m}) {
+        put_number(out, "{:.4g}", part);
     }
-    put_number(out, ",{:.2f}", e.snr_db);
+    put_number(out, "{:.2f}", e.snr_db);
     out += ']';
 }
 

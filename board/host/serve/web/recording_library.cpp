@@ -65,13 +65,14 @@ private:
 /// Appends the poses, at most kMostPlayedPoses; false if the client does not take them.
 bool put_lines(RecordLines& lines, Pieces& pieces) {
     std::size_t count = 0;
+    ExpectedError expected;
     for (std::string line; lines.next(line); ++count) {
         if (count == kMostPlayedPoses) {
             pieces.text() += Json{{"error", fmt::format("only the first {} poses are sent", count)}}.dump() + "\n";
             return true;
         }
         const auto pose = parse_pose(line, lines.where());
-        put_compact({pose, utc_time_us(to_us(pose.time))}, pieces.text());
+        put_compact({pose, utc_time_us(to_us(pose.time)), expected.after(pose)}, pieces.text());
         pieces.text() += '\n';
         if (!pieces.pass(kPieceBytes)) {
             return false;

@@ -68,10 +68,10 @@ function compact(value, has) {
   const covariance = has('cov_xx') ? ['xx', 'xy', 'xz', 'yy', 'yz', 'zz'].map(name => value(`cov_${name}`)) :
                                      ['std_x', null, null, 'std_y', null, 'std_z'].map(name => name && has(name) ? square(value(name)) : 0);
   const optional = name => has(name) ? value(name) : 0;
-  const error = has('predicted_error_mm') ? value('predicted_error_mm') : null;
+  const error = name => has(name) ? value(name) : null;
   return [
     value('sensor'), value('time_us'), value('time_us') / 1000, value('flags'), optional('state'), ...['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'].map(value), ...covariance,
-    error, optional('distortion_mm'), optional('snr_db')
+    error('predicted_error_mm'), error('expected_error_mm'), optional('distortion_mm'), optional('snr_db')
   ];
 }
 
