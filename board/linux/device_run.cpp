@@ -288,7 +288,9 @@ int DeviceRun::finish(const host::LinkHealth& health) {
         closing["memory_locked"] = realtime_.memory_locked;
         closing["fifo"] = realtime_.fifo;
     }
-    text += "  health   " + host::health_line(closing["health"]) + "\n";
+    const auto poses = closing["poses"].get<std::uint64_t>();
+    const std::string invalid = host::pose_warning(poses - closing["poses_valid"].get<std::uint64_t>(), poses, "invalid");
+    text += "  health   " + host::health_line(closing["health"], invalid) + "\n";
     const std::string advice = closing["poses_valid"] > 0 ? "" : source_->advice_without_poses();
     source_.reset();
     if (unread) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "board/support/terminal_text.hpp"
@@ -13,15 +14,23 @@ namespace {
 
 const std::map<std::string_view, double> kPerSiUnit{{"mm", 1e3}, {"ms", 1e3}, {"ms^2", 1e6}, {"deg", kDegrees}, {"%", 100}};
 
+/// A number that the format would show as zero has two digits instead.
+std::string number_text(const std::string& format, double value) {
+    std::string text = fmt::format(fmt::runtime(format), value);
+    const bool looks_zero = std::isfinite(value) && text.find_first_of("123456789") == std::string::npos;
+    return looks_zero && value != 0 ? fmt::format("{:.2g}", value) : text;
+}
+
 std::string formatted(std::string_view field, const Json& values) {
     constexpr std::string_view kIn = " in ";
     const auto colon = std::min(field.find(':'), field.size());
     const auto key = field.substr(0, colon);
     const auto in = std::min(key.find(kIn), key.size());
     const Json& value = values.at(Json::json_pointer("/" + std::string(key.substr(0, in))));
-    const auto format = [&](const auto& v) { return fmt::format(fmt::runtime(fmt::format("{{{}}}", field.substr(colon))), v); };
+    const std::string form = fmt::format("{{{}}}", field.substr(colon));
+    const auto format = [&](const auto& v) { return fmt::format(fmt::runtime(form), v); };
     if (in < key.size()) {
-        return format(kPerSiUnit.at(key.substr(in + kIn.size())) * value.get<double>());
+        return number_text(form, kPerSiUnit.at(key.substr(in + kIn.size())) * value.get<double>());
     }
     if (value.is_string()) {
         return format(value.get_ref<const std::string&>());
@@ -33,7 +42,7 @@ std::string formatted(std::string_view field, const Json& values) {
         }
         return format(sum);
     }
-    return value.is_number_float() ? format(value.get<double>()) : format(value.get<std::int64_t>());
+    return value.is_number_float() ? number_text(form, value.get<double>()) : format(value.get<std::int64_t>());
 }
 
 }  // namespace

@@ -80,8 +80,16 @@ nlohmann::ordered_json health_json(const LinkHealth& h) {
             {"temperature_c", h.counts.temperature_c ? nlohmann::ordered_json(*h.counts.temperature_c) : nullptr}};
 }
 
-std::string health_line(const nlohmann::ordered_json& h) {
-    const std::string warnings = h["seen_warnings"] == "" ? "no warning" : fill(h, "warnings: {seen_warnings}");
+std::string pose_warning(std::uint64_t count, std::uint64_t all, const char* what) {
+    constexpr double kShare = 0.01;
+    const double share = all > 0 ? static_cast<double>(count) / static_cast<double>(all) : 0;
+    return share > kShare ? fmt::format("{:.0f} % of the poses are {}", 100 * share, what) : "";
+}
+
+std::string health_line(const nlohmann::ordered_json& h, const std::string& of_poses) {
+    const auto of_link = h["seen_warnings"].get<std::string>();
+    const std::string both = of_link + (of_link.empty() || of_poses.empty() ? "" : "; ") + of_poses;
+    const std::string warnings = both.empty() ? "no warning" : "warnings: " + both;
     const std::string numbers =
         fill(h, "; worst second {worst_missing_percent:.2f} % missing, longest age {worst_age_ms:.0f} ms, {dropped} dropped");
     return warnings + numbers + (h["temperature_c"].is_null() ? "" : fill(h, ", {temperature_c:.1f} degC"));

@@ -76,6 +76,9 @@ std::string to_text(HealthWarnings warnings, const HealthLimits& limits);
 nlohmann::ordered_json health_json(const LinkHealth& health);
 
 /// Summary of the whole time in one line from health_json(), without line end.
-std::string health_line(const nlohmann::ordered_json& health);
+std::string health_line(const nlohmann::ordered_json& health, const std::string& of_poses = "");
+
+/// Warning for health_line() if more than 1 % of the poses are so; otherwise empty. what: for example "invalid".
+std::string pose_warning(std::uint64_t count, std::uint64_t all, const char* what);
 
 }  // namespace tricoil::host

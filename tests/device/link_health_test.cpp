@@ -45,6 +45,10 @@ TEST_F(Health, WarnsWhileTooManyColumnsAreMissing) {
     EXPECT_NEAR(health().worst_missing_share, 0.03, 0.005);
     EXPECT_THAT(health_line(health_json(health())),
                 HasSubstr("warnings: more than 1 % of the columns are missing; worst second 3"));
+    EXPECT_THAT(health_line(health_json(health()), pose_warning(30, 40, "distorted")),
+                HasSubstr("columns are missing; 75 % of the poses are distorted; worst second 3"));
+    EXPECT_EQ(pose_warning(1, 100, "invalid"), "");
+    EXPECT_EQ(pose_warning(0, 0, "invalid"), "");
 }
 
 TEST_F(Health, RefusedColumnsAreMissingToo) {

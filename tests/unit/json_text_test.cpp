@@ -30,6 +30,11 @@ TEST(JsonText, ConvertsUnits) {
     EXPECT_EQ(fill(kValues, "{angle_rad in deg:.3f} {poses in mm:.0f}"), "28.648 12000");
 }
 
+TEST(JsonText, ShowsNoSmallNumberAsZero) {
+    const Json small{{"rms_m", 2.34e-7}, {"angle_deg", -4.5e-6}, {"none", 0.0}, {"large", 5e-4}};
+    EXPECT_EQ(fill(small, "{rms_m in mm:.3f} {angle_deg:.4f} {none:.3f} {large in mm:.3f}"), "0.00023 -4.5e-06 0.000 0.500");
+}
+
 TEST(JsonText, AddsTheCountsOfAnObject) { EXPECT_EQ(fill(kValues, "{rejected} rejected"), "42 rejected"); }
 
 TEST(JsonText, RefusesMistakesInTheText) {

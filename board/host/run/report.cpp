@@ -134,7 +134,12 @@ std::string run_text(const Json& r) {
         "{acquisitions} acquisitions\n"
         "  speed        {update_us:.1f} us per update, {simulated_s_per_s:.1f} simulated seconds per second; coils ");
     text += r["coils_off"] ? "off\n" : "ON\n";
-    text += "  health       " + health_line(r["health"]) + '\n';
+    const auto count = [&](const char* key) { return r[key].get<std::uint64_t>(); };
+    const auto all = count("poses_scored") + count("poses_invalid");
+    const std::string invalid = pose_warning(count("poses_invalid"), all, "invalid");
+    const std::string distorted = pose_warning(count("poses_distorted"), count("poses_scored"), "distorted");
+    text += "  health       " +
+            health_line(r["health"], invalid + (invalid.empty() || distorted.empty() ? "" : "; ") + distorted) + '\n';
     if (r["flags_seen"] != "") {
         text += fill(r, r["advice"] == "" ? "  flags seen   {flags_seen}\n" : "  flags seen   {flags_seen}; {advice}\n");
     }
