@@ -16,6 +16,7 @@
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
 #include "board/support/tracker_choice.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::linux_board {
 namespace {
@@ -105,7 +106,7 @@ Vec3<double> direction_of(const std::string& name, std::string_view text) {
     for (Index i = 0; i < 3 && fields.size() == 3; ++i) {
         direction(i) = host::number_from<double>(fields[static_cast<std::size_t>(i)]).value_or(std::nan(""));
     }
-    if (!direction.allFinite() || direction.isZero(0)) {
+    if (!tracking::is_hemisphere(direction) || direction.isZero(0)) {
         throw host::InputError("device '" + name + "': hemisphere must be a direction X/Y/Z, for example hemisphere=1/0/0");
     }
     return direction;
