@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <memory>
 
 #include "board/host/commands/serve_command.hpp"
@@ -13,6 +12,7 @@
 #include "board/linux/text_name.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/output_file.hpp"
+#include "board/support/service_notice.hpp"
 #include "board/support/terminal_text.hpp"
 #ifdef TRICOIL_WITH_OPENIGTLINK
 #include "board/host/serve/openigtlink/igtl_session.hpp"
@@ -141,7 +141,7 @@ void publish_link(const ServeCommand& command, const std::string& link, Addresse
     }
     if (!command.token_file.empty()) {
         write_private_file(command.token_file, link + "\n");
-    } else if (std::getenv("JOURNAL_STREAM") != nullptr) {
+    } else if (writes_to_journal()) {
         print_notice("tricoil: the link for controls is not written to the journal; use --token-file FILE\n");
     } else {
         addresses["web_controls"] = link;
