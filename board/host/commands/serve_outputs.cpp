@@ -8,6 +8,7 @@
 #include "board/host/serve/fastrak/fastrak_output.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/udp_service.hpp"
+#include "board/host/serve/validity_log.hpp"
 #include "board/linux/device_config.hpp"
 #include "board/linux/text_name.hpp"
 #include "board/support/errors.hpp"
@@ -207,6 +208,7 @@ ServeOutputs open_outputs(const ServeCommand& command, const PoseUnits& units, S
               "serve: no output; add --fastrak, --openigtlink, --json-lines, --websocket, --osc or --web");
     refuse_if(outputs.to_standard_output != nullptr && command.run->json,
               "--json-lines - and --json exclude each other: both write to standard output");
+    server.add(std::make_unique<ValidityLog>());
     return outputs;
 }
 
