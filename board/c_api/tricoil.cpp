@@ -90,7 +90,7 @@ tricoil_tracker* tricoil_open(const char* source, const char* tracker, char* err
     try {
         return new tricoil_tracker{host::open_source(source, tracker != nullptr ? tracker : ""), {}, {}};
     } catch (const std::exception& e) {
-        return fail(e.what());
+        return fail(host::one_line(e.what()).c_str());
     } catch (...) {
         return fail("failed for an unknown reason");
     }
@@ -119,7 +119,7 @@ int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms) {
         return kOutOfMemory;
     } catch (const std::exception& e) {
         try {
-            tracker->failure = e.what();
+            tracker->failure = host::one_line(e.what());
         } catch (...) {
             return kOutOfMemory;
         }

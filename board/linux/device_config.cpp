@@ -15,6 +15,7 @@
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
 #include "board/support/tracker_choice.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::linux_board {
 namespace {
@@ -104,7 +105,7 @@ Vec3<double> direction_of(const std::string& name, std::string_view text) {
     for (Index i = 0; i < 3 && fields.size() == 3; ++i) {
         direction(i) = host::number_from<double>(fields[static_cast<std::size_t>(i)]).value_or(std::nan(""));
     }
-    host::refuse_if(!direction.allFinite() || direction.isZero(0),
+    host::refuse_if(!tracking::is_hemisphere(direction) || direction.isZero(0),
                     "device '{}': hemisphere must be a direction X/Y/Z, for example hemisphere=1/0/0", name);
     return direction;
 }

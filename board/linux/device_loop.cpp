@@ -6,6 +6,7 @@
 #include "board/linux/column_correction.hpp"
 #include "board/linux/column_timing.hpp"
 #include "core/protocol/convert.hpp"
+#include "core/tracking/hemisphere.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
@@ -249,7 +250,7 @@ void DeviceLoop::tick(HostTime host_now) {
 }
 
 void DeviceLoop::set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
-    if (sensor >= trackers_.size() || !towards.allFinite()) {
+    if (sensor >= trackers_.size() || !tracking::is_hemisphere(towards)) {
         return;
     }
     if (session_.phase() != Phase::running) {

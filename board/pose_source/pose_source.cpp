@@ -1,5 +1,6 @@
 #include "board/pose_source/pose_source.hpp"
 
+#include "core/tracking/hemisphere.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::host {
@@ -52,15 +53,13 @@ PoseSource::Event PoseSource::poll(Microseconds patience, tracking::PoseEstimate
 }
 
 bool PoseSource::set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
-    return sensor < outputs_.size() && towards.allFinite() && !towards.isZero(0) && source_->set_hemisphere(sensor, towards);
+    return sensor < outputs_.size() && tracking::is_hemisphere(towards) && !towards.isZero(0) &&
+           source_->set_hemisphere(sensor, towards);
 }
 
 bool PoseSource::set_tip(std::size_t sensor, const Vec3<double>& tip_m, const Mat3<double>& covariance_m2) {
-    if (sensor >= outputs_.size() || !tip_m.allFinite() || !covariance_m2.allFinite()) {
-        return false;
-    }
-    tips_.set({static_cast<std::uint8_t>(sensor), tip_m, covariance_m2});
-    return true;
+    const ToolTip tip{static_cast<std::uint8_t>(std::min<std::size_t>(sensor, tracking::kMaxSensors)), tip_m, covariance_m2};
+    return tips_.set(tip).empty();
 }
 
 bool PoseSource::boresight(std::size_t sensor) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "board/stream/stream_loop.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/tool_tip.hpp"
 #include "core/tracking/output_frame.hpp"
 #include "core/tracking/tracker_tap.hpp"
@@ -55,16 +56,15 @@ public:
     /// direction that is zero or not finite, and for a recording, whose hemisphere is part of the recording.
     bool set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
 
-    /// Tip of a tool, in the sensor frame, m, with the covariance of its calibration. Returns false for an unknown sensor or a
-    /// number that is not finite.
+    /// Tip of a tool, in the sensor frame, m, with the covariance of its calibration. Returns false if ToolTips refuses it.
     bool set_tip(std::size_t sensor, const Vec3<double>& tip_m, const Mat3<double>& covariance_m2 = Mat3<double>::Zero());
 
     /// Sets the boresight: the attitude of the last polled pose of the sensor reads as the identity. Returns false if that pose
     /// is not valid, or there is none.
     bool boresight(std::size_t sensor);
 
-    /// Status as text for the user; never empty.
-    [[nodiscard]] std::string status() const { return source_->status(); }
+    /// Status as one line for the user; never empty.
+    [[nodiscard]] std::string status() const { return one_line(source_->status()); }
 
     /// Poses that were dropped because poll() was not called often enough.
     [[nodiscard]] std::uint64_t dropped() const { return queue_.dropped(); }

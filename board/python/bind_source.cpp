@@ -60,7 +60,7 @@ public:
         const Vec3<double> tip(tip_m.data());
         const Mat3<double> covariance(covariance_m2.data());
         expect(locked([&](host::PoseSource& source) { return source.set_tip(sensor, tip, covariance); }),
-               "tip: give a sensor 0 to 3 and finite numbers");
+               "tip: give a sensor 0 to 3, a tip within 100 m of it, and a covariance of at most 1 m2");
     }
     void boresight(std::size_t sensor) {
         expect(locked([&](host::PoseSource& source) { return source.boresight(sensor); }),

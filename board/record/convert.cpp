@@ -35,10 +35,11 @@ std::uint64_t for_each_pose(const Recording& recording, const std::function<void
     return count;
 }
 
-/// One form: a function for each pose, and one for the end, which may be empty.
+/// One form: a function for each pose, and functions for the end, which may be empty. count: records, if not one a pose.
 struct Form {
     std::function<void(const Pose&)> take = {};
     std::function<void()> finish = {};
+    std::function<int()> count = {};
 };
 
 using Put = std::function<void(std::string_view)>;
@@ -102,7 +103,8 @@ Form rests_form(const Put& put, const Recording& recording) {
                     rests->add(pose.time, pose.signal_matrix);
                 }
             },
-            [rests] { rests->finish(); }};
+            {},
+            [rests] { return rests->finish(); }};
 }
 
 /// Stages and units that the form cannot have.
@@ -147,7 +149,7 @@ std::uint64_t convert(const Recording& recording, const std::string& name, const
     if (form.finish) {
         form.finish();
     }
-    return count;
+    return form.count ? static_cast<std::uint64_t>(form.count()) : count;
 }
 
 }  // namespace tricoil::host

@@ -7,8 +7,10 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <utility>
 
 #include "board/support/errors.hpp"
+#include "board/support/whole_file.hpp"
 #include "core/base/crc32.hpp"
 
 namespace tricoil::host {
@@ -32,8 +34,9 @@ std::size_t write_all(int descriptor, std::string_view text) {
 
 }  // namespace
 
-Journal::Journal(const std::vector<std::string>& paths, WhenFull when_full, std::span<const std::string> headers)
-    : files_(paths.size()), when_full_(when_full) {
+Journal::Journal(const std::vector<std::string>& paths, WhenFull when_full, std::span<const std::string> headers,
+                 std::function<void()> on_failure)
+    : files_(paths.size()), when_full_(when_full), on_failure_(std::move(on_failure)) {
     std::signal(SIGXFSZ, SIG_IGN);  // write() then reports a file size limit like a full disk
     for (std::size_t n = 0; n < paths.size(); ++n) {
         make(paths[n], files_[n]);
@@ -75,22 +78,42 @@ void Journal::append(std::size_t n, std::string_view line) {
     drained_.wait(lock, [&] { return pending.empty() || failed_; });
 }
 
+void Journal::write_whole(const std::string& path, std::string text) {
+    {
+        const std::lock_guard lock(mutex_);
+        whole_path_ = path;
+        whole_text_ = std::move(text);
+    }
+    wake_.notify_one();
+}
+
 void Journal::run() {
     auto synced = std::chrono::steady_clock::now();
+    bool is_reported = false;  // the failure
     for (bool last = false; !last;) {
+        std::string whole;
         {
             std::unique_lock lock(mutex_);
             wake_.wait_for(lock, kInterval, [this] {
-                return ending_ || std::any_of(files_.begin(), files_.end(),
-                                              [](const File& file) { return file.pending.size() >= kMaxPending; });
+                return ending_ || !whole_text_.empty() || std::any_of(files_.begin(), files_.end(), [](const File& file) {
+                           return file.pending.size() >= kMaxPending;
+                       });
             });
             last = ending_;
+            whole = std::exchange(whole_text_, {});
             for (File& file : files_) {
                 std::swap(file.pending, file.writing);
             }
         }
         drained_.notify_all();
         const bool failed_before = failed_;  // if one file fails now, the others are still written
+        try {
+            if (!whole.empty() && !failed_before) {
+                write_whole_file(whole_path_, whole);
+            }
+        } catch (const std::exception& error) {
+            fail(error.what());
+        }
         for (File& file : files_) {
             if (!failed_before) {
                 write(file);
@@ -106,6 +129,9 @@ void Journal::run() {
                 }
             }
         }
+        if (failed_ && !std::exchange(is_reported, true) && on_failure_) {
+            on_failure_();
+        }
     }
 }
 
@@ -116,6 +142,7 @@ void Journal::write(File& file) {
     const std::string_view whole(file.writing.data(), end == std::string::npos ? 0 : end + 1);
     file.written.lines += static_cast<std::uint64_t>(std::count(whole.begin(), whole.end(), '\n'));
     file.written.bytes += whole.size();
+    bytes_ += whole.size();
     file.written.crc32 = crc32_continued(
         file.written.crc32, {reinterpret_cast<const std::uint8_t*>(whole.data()), whole.size()});  // NOLINT: bytes as such
     if (done < file.writing.size()) {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <span>
 #include <string>
@@ -35,13 +36,20 @@ public:
     static constexpr std::size_t kMaxPending = std::size_t{64} << 20U;
 
     /// Creates the files and writes the header line of each at once, so that every file has one even if the program is killed.
-    /// Throws InputError if a file cannot be created.
-    Journal(const std::vector<std::string>& paths, WhenFull when_full, std::span<const std::string> headers = {});
+    /// Throws InputError if a file cannot be created. on_failure: called once, in the journal's thread, after a failure.
+    Journal(const std::vector<std::string>& paths, WhenFull when_full, std::span<const std::string> headers = {},
+            std::function<void()> on_failure = {});
     ~Journal();
 
     /// Adds a line, given without line feed, to the n-th file. Lines are dropped after failed().
     void append(std::size_t n, std::string_view line);
+    /// Writes the whole file `path` before further lines, like write_whole_file(). Does not wait for the disk.
+    void write_whole(const std::string& path, std::string text);
+    /// Ends the journal.
+    void fail(const std::string& reason);
 
+    /// Bytes of the lines on the disk, without a system call.
+    [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
     [[nodiscard]] bool failed() const { return failed_; }
     /// Reason of the failure. Call it only after failed().
     [[nodiscard]] std::string reason() const;
@@ -60,14 +68,17 @@ private:
     void make(const std::string& path, File& file);
     void run();
     void write(File& file);
-    void fail(const std::string& reason);
 
     std::vector<File> files_;
     WhenFull when_full_;
+    std::function<void()> on_failure_;
     mutable std::mutex mutex_;
     std::condition_variable wake_;
     std::condition_variable drained_;
     bool ending_ = false;
+    std::string whole_path_;
+    std::string whole_text_;  // waits to be written; empty: none
+    std::atomic<std::uint64_t> bytes_ = 0;
     std::atomic<bool> failed_ = false;
     std::string reason_;
     std::thread thread_;

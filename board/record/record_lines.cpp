@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "board/pose_text/pose_fields.hpp"
@@ -178,6 +179,7 @@ tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::stri
     }
     e.q_source_sensor.w() = fields.number<double>();
     e.q_source_sensor.vec() = fields.vector();
+    refuse_if(!std::isfinite(e.q_source_sensor.norm()), "{}: the attitude is not a number", where);
     for (int i = 0; i < 6; ++i) {
         for (int j = i; j < 6; ++j) {
             e.covariance(i, j) = e.covariance(j, i) = fields.number_or_none();

@@ -49,7 +49,9 @@ nlohmann::ordered_json describe_columns() {
 }  // namespace
 
 Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::WhenFull when_full)
-    : folder_(folder), journal_(prepare(folder), when_full, record_headers()) {
+    : folder_(folder), journal_(prepare(folder), when_full, record_headers(), [this] {
+          print_notice("tricoil: {}; tracking continues\n", failure());
+      }) {
     description_ = {{"format", kRecordingFormat},
                     {"version", kRecordingVersion},
                     {"program", "tricoil " TRICOIL_VERSION},
@@ -62,35 +64,26 @@ Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Jou
                      "components; times in microseconds of the device; couplings in the demodulator's unit"},
                     {"columns", describe_columns()},
                     {"complete", false}};
-    describe();
+    describe_now();
 }
 
 Recorder::~Recorder() { close(); }
 
-void Recorder::describe() {
+std::string Recorder::description_path() const { return (fs::path(folder_) / kDescriptionFile).string(); }
+
+void Recorder::describe_now() {
     try {
-        write_whole_file(fs::path(folder_) / kDescriptionFile, description_.dump(2) + "\n");
+        write_whole_file(description_path(), description_.dump(2) + "\n");
     } catch (const std::exception& error) {
-        reason_ = error.what();
+        journal_.fail(error.what());
     }
 }
 
-void Recorder::append(RecordFile file, const std::string& line) {
-    if (failed()) {
-        if (!failure_printed_) {
-            failure_printed_ = true;
-            print_notice("tricoil: {}; tracking continues\n", failure());
-        }
-        return;
-    }
-    journal_.append(static_cast<std::size_t>(file), line);
-}
+void Recorder::append(RecordFile file, const std::string& line) { journal_.append(static_cast<std::size_t>(file), line); }
 
 std::string Recorder::failure() const {
-    const std::string reason = reason_.empty() ? journal_.reason() : reason_;
-    const char* const rest =
-        fs::exists(fs::path(folder_) / kDescriptionFile) ? "the recorded part can be replayed" : "nothing can be replayed";
-    return fmt::format("{}: recording ended early ({}); {}", folder_, reason, rest);
+    const char* const rest = fs::exists(description_path()) ? "the recorded part can be replayed" : "nothing can be replayed";
+    return fmt::format("{}: recording ended early ({}); {}", folder_, journal_.reason(), rest);
 }
 
 void Recorder::event(std::uint8_t sensor, const std::string& what, const std::string& detail) {
@@ -102,13 +95,13 @@ void Recorder::event(std::uint8_t sensor, const std::string& what, const std::st
 void Recorder::do_begin(const Settings& settings) {
     nlohmann::ordered_json made = settings_json(settings);
     if (settings_ && *settings_ != made) {
-        reason_ = "the device reconnected with other settings";
+        journal_.fail("the device reconnected with other settings");
         return;
     }
     if (!settings_) {
         settings_ = made;
         description_["trackers"] = std::move(made);
-        describe();
+        journal_.write_whole(description_path(), description_.dump(2) + "\n");
     }
     append(RecordFile::inputs, line_of(TrackerInput{.kind = InputKind::begin}));
     event(0, "begin", "");
@@ -153,15 +146,17 @@ std::string Recorder::close() {
     }
     closed_ = true;
     const auto extents = journal_.close();
-    if (!failed()) {
+    if (failed()) {
+        description_["failure"] = journal_.reason();
+    } else {
         nlohmann::ordered_json files;
         for (std::size_t n = 0; n < extents.size(); ++n) {
             files[kRecordFiles[n]] = {{"lines", extents[n].lines}, {"bytes", extents[n].bytes}, {"crc32", extents[n].crc32}};
         }
         description_["complete"] = true;
         description_["files"] = files;
-        describe();
     }
+    describe_now();
     return failed() ? failure() : "";
 }
 

@@ -13,6 +13,7 @@
 
 namespace tricoil::host {
 
+/// After the constructor and before close(), only the thread of the journal makes system calls.
 class Recorder final : public tracking::TrackerTap<double> {
 public:
     /// Creates `folder`, or uses it if it exists and is empty. source: description of the origin of the columns, stored
@@ -25,7 +26,9 @@ public:
     void begin_while_running(const Settings& settings, std::span<const Vec3<double>> positions_m);
 
     /// True if recording has stopped: the disk failed, is full or too slow, or the device reconnected with other settings.
-    [[nodiscard]] bool failed() const { return !reason_.empty() || journal_.failed(); }
+    [[nodiscard]] bool failed() const { return journal_.failed(); }
+    /// Bytes of the recorded lines on the disk.
+    [[nodiscard]] std::uint64_t bytes() const { return journal_.bytes(); }
 
     /// Ends the recording. Returns one line that describes the failure; empty if there was none.
     std::string close();
@@ -40,7 +43,8 @@ private:
 
     void append(RecordFile file, const std::string& line);
     void event(std::uint8_t sensor, const std::string& what, const std::string& detail);
-    void describe();
+    void describe_now();
+    [[nodiscard]] std::string description_path() const;
     [[nodiscard]] std::string failure() const;
 
     std::string folder_;
@@ -49,8 +53,6 @@ private:
     std::optional<nlohmann::ordered_json> settings_;
     std::array<tracking::PoseFlags, tracking::kMaxSensors> flags_{};
     std::int64_t time_us_ = 0;  // of the newest input
-    std::string reason_;
-    bool failure_printed_ = false;
     bool closed_ = false;
 };
 

@@ -15,9 +15,19 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLongestDescription = std::size_t{1} << 20U;
 
+/// Path of a file of a recording, which must be a regular file: a device or a pipe need not have an end.
+std::string path_of(const std::string& folder, const char* name) {
+    const fs::path path = fs::path(folder) / name;
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    refuse_if(fs::exists(status) && !fs::is_regular_file(status), "{}: is not a regular file; is this a recording?",
+              path.string());
+    return path.string();
+}
+
 nlohmann::json read_description(const std::string& folder) {
-    const std::string path = (fs::path(folder) / kDescriptionFile).string();
     refuse_if(!fs::is_directory(folder), "{}: is not a folder; give a folder written by --record", folder);
+    const std::string path = path_of(folder, kDescriptionFile);
     refuse_if(!fs::exists(path), "{}: does not exist; is this a recording?", path);
     nlohmann::json description = nlohmann::json::parse(read_text(path, kLongestDescription), nullptr, false);
     refuse_if(!description.is_object() || description.value("format", nlohmann::json()) != kRecordingFormat,
@@ -33,7 +43,7 @@ nlohmann::json read_description(const std::string& folder) {
 }  // namespace
 
 RecordLines::RecordLines(const std::string& folder, RecordFile file)
-    : path_((fs::path(folder) / kRecordFiles[static_cast<std::size_t>(file)]).string()), reader_(path_) {
+    : path_(path_of(folder, kRecordFiles[static_cast<std::size_t>(file)])), reader_(path_) {
     std::string header;
     const std::string& known = record_headers()[static_cast<std::size_t>(file)];
     const std::string_view old = file == RecordFile::inputs ? old_input_header() : std::string_view(known);
@@ -75,7 +85,7 @@ void Recording::refuse_as_output(const std::string& path) const {
 }
 
 void Recording::check_file(const char* name, const nlohmann::json& extent, const std::function<void()>& each_block) const {
-    const std::string path = (fs::path(folder_) / name).string();
+    const std::string path = path_of(folder_, name);
     std::ifstream file(path, std::ios::binary);
     if (!file) {
         throw InputError(path + ": cannot be opened; the recording is incomplete");

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "board/support/errors.hpp"
+
 namespace tricoil::host {
 namespace {
 
@@ -57,7 +59,7 @@ auto ColumnMeans::between(DeviceTime from, DeviceTime to) -> Means {
     return sum;
 }
 
-RestFinder::RestFinder(Put put, const std::string& folder) : put_(std::move(put)), means_(folder) {
+RestFinder::RestFinder(Put put, const std::string& folder) : put_(std::move(put)), folder_(folder), means_(folder) {
     put_("rest,start_s,duration_s,x11,x12,x13,x21,x22,x23,x31,x32,x33" + std::string(kQuadratureColumns) +
          std::string(kLevelColumns) + "\n");
 }
@@ -97,7 +99,11 @@ void RestFinder::end_rest() {
          fmt::format(",{}\n", levels.gain_step));
 }
 
-void RestFinder::finish() { end_rest(); }
+int RestFinder::finish() {
+    end_rest();
+    refuse_if(rests_ == 0, "{}: the sensor never rests; hold it still for 0.5 s or longer at each place", folder_);
+    return rests_;
+}
 
 void RestFinder::restart() {
     end_rest();

@@ -48,7 +48,8 @@ public:
     RestFinder(Put put, const std::string& folder);
 
     void add(DeviceTime time, const Mat3<double>& x);
-    void finish();
+    /// Returns the number of rests. Throws InputError, naming the folder, if there is none.
+    int finish();
     /// The clock of the device started again.
     void restart();
 
@@ -60,6 +61,7 @@ private:
     void end_rest();
 
     Put put_;
+    std::string folder_;
     ColumnMeans means_;
     std::vector<Matrix> rest_;
     Mat3<double> sum_ = Mat3<double>::Zero();

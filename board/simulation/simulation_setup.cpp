@@ -48,8 +48,8 @@ signal::AcquisitionPlan make_plan(const SimulationOptions& options) {
     const auto plan =
         signal::plan_acquisition(signal::default_acquisition(multiplexing_of_name(options.multiplexing), options.frame_rate_hz));
     if (!plan.ok()) {
-        throw InputError("--rate-hz " + std::to_string(options.frame_rate_hz) + " with --mux " + options.multiplexing + ": " +
-                         plan.status().message());
+        throw InputError(
+            fmt::format("--rate-hz {} with --mux {}: {}", options.frame_rate_hz, options.multiplexing, plan.status().message()));
     }
     return *plan;
 }

@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{64} << 10U;
-constexpr int kMaxLinks = 40;  // as in the kernel
+constexpr int kMaxLinks = 40;        // as in the kernel
+constexpr unsigned kPrivate = 0600;  // a file with these permissions never gets those of an older one
 constexpr fs::perms kAnyWrite = fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write;
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& reason) {
@@ -71,7 +72,7 @@ OutputFile::OutputFile(const fs::path& path, unsigned mode) : path_(path) {
         refuse(path, "it is a folder");
     }
     // If standard output is redirected to this file, replacing the file would lose the other output.
-    const bool is_stdout = fs::exists(status) && fs::equivalent(path, "/dev/stdout", error);
+    const bool is_stdout = mode != kPrivate && fs::exists(status) && fs::equivalent(path, "/dev/stdout", error);
     if (is_stdout) {
         open_standard_output();
     } else if (fs::exists(status) && !fs::is_regular_file(status)) {
@@ -100,17 +101,13 @@ void OutputFile::open_aside(unsigned mode) {
     (void)::unlink(aside_.c_str());  // left by a killed program with the same process number
     file_.reset(::open(aside_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
     struct stat old {};
-    if (file_.get() >= 0 && ::stat(place_.c_str(), &old) == 0) {
+    if (mode != kPrivate && file_.get() >= 0 && ::stat(place_.c_str(), &old) == 0) {
         (void)::fchmod(file_.get(), old.st_mode & 07777U);
     }
 }
 
 void write_private_file(const fs::path& path, std::string_view text) {
-    std::error_code ignored;
-    if (fs::is_regular_file(fs::symlink_status(path, ignored))) {
-        fs::remove(path, ignored);  // otherwise the new file gets the permissions of the old one
-    }
-    OutputFile file(path, 0600);
+    OutputFile file(path, kPrivate);
     file.write(text);
     file.commit();
 }

@@ -17,8 +17,8 @@ constexpr const char* kStandardOutput = "-";
 /// is written directly and never replaced. "-" is the standard output; then print_text() prints to standard error.
 class OutputFile {
 public:
-    /// mode: permissions of a new file. Throws InputError, naming the path, if it is a folder or write-protected, or the file
-    /// cannot be created.
+    /// mode: permissions of a new file; 0600: also if it replaces an older one. Throws InputError, naming the path, if it is a
+    /// folder or write-protected, or the file cannot be created.
     explicit OutputFile(const std::filesystem::path& path, unsigned mode = 0666);
     ~OutputFile();
 
@@ -41,7 +41,7 @@ private:
     std::string buffer_;
 };
 
-/// Replaces the file by a new one with `text` that only this user can read.
+/// Replaces the file, or the target of a symbolic link, by a new one with `text` that only this user can read.
 void write_private_file(const std::filesystem::path& path, std::string_view text);
 
 /// Throws InputError if `path` is an existing file without write permission, also for root.

@@ -1,8 +1,13 @@
 #include "board/support/service_notice.hpp"
 
+#include <fmt/format.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +35,14 @@ ServiceNotice::ServiceNotice() : address_(variable("NOTIFY_SOCKET")) {
     std::int64_t period_us = 0;
     std::from_chars(watchdog.data(), watchdog.data() + watchdog.size(), period_us);
     period_ = std::chrono::microseconds(period_us / 2);
+}
+
+bool writes_to_journal() {
+    const std::string_view stream = variable("JOURNAL_STREAM");
+    return std::ranges::any_of(std::array{STDOUT_FILENO, STDERR_FILENO}, [&](int descriptor) {
+        struct stat file {};
+        return ::fstat(descriptor, &file) == 0 && stream == fmt::format("{}:{}", file.st_dev, file.st_ino);
+    });
 }
 
 void ServiceNotice::alive() {

@@ -27,4 +27,8 @@ private:
     std::chrono::steady_clock::time_point due_{};
 };
 
+/// True if standard output or standard error is the journal of systemd: JOURNAL_STREAM has its device and inode. A program may
+/// inherit the variable without the journal.
+bool writes_to_journal();
+
 }  // namespace tricoil::host

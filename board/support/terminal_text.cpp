@@ -102,6 +102,12 @@ std::string terminal_text(std::string_view text) {
     return safe;
 }
 
+std::string one_line(std::string_view text) {
+    std::string line = terminal_text(text);
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    return line;
+}
+
 CapturedText::CapturedText() : outer_(std::exchange(captured, &text_)) {}
 
 CapturedText::~CapturedText() { captured = outer_; }
@@ -138,9 +144,7 @@ void print_error(std::string_view program, std::string_view text) {
     if (status_line != nullptr) {
         (void)draw_status_line(status_line, "");
     }
-    std::string line = terminal_text(text);
-    std::replace(line.begin(), line.end(), '\n', ' ');
-    put((has_colours(stderr) ? painted(label, Colour::red) : label) + " " + line + "\n", stderr);
+    put((has_colours(stderr) ? painted(label, Colour::red) : label) + " " + one_line(text) + "\n", stderr);
 }
 
 int exit_code_of(std::string_view program, const std::function<int()>& run) {

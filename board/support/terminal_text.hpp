@@ -15,6 +15,8 @@ namespace tricoil::host {
 /// Replaces control characters, except line feed and tab, by \xNN, including C1 controls (U+0080 to U+009F), so that names and
 /// contents of files cannot control the terminal.
 std::string terminal_text(std::string_view text);
+/// The same, with a blank for each line feed.
+std::string one_line(std::string_view text);
 
 /// Prints to standard output. end_standard_output() reports a failure.
 void print_text(std::string_view text);

@@ -46,16 +46,23 @@ ToolTip parse_tip(const std::string& text) {
     for (std::size_t i = 0; i < 3; ++i) {
         tip.tip_m(static_cast<Index>(i)) = parse_all<double>(fields[i], text);
     }
-    refuse_if(tip.sensor >= tracking::kMaxSensors, "--tip {}: the sensor must be 0 to {}", text, tracking::kMaxSensors - 1);
-    refuse_if(!tip.tip_m.allFinite() || tip.tip_m.cwiseAbs().maxCoeff() > kLongestTip_m,
-              "--tip {}: must lie within 100 m of the sensor", text);
     return tip;
 }
 
 /// Symmetric, and no eigenvalue is below -kAsymmetry_m2.
 bool is_covariance(const Mat3<double>& m) {
     const Cholesky<double, 3> shifted(m + kAsymmetry_m2 * Mat3<double>::Identity());
-    return (m - m.transpose()).cwiseAbs().maxCoeff() <= kAsymmetry_m2 && shifted.ok();
+    return m.cwiseAbs().maxCoeff() <= kWidest_m2 && (m - m.transpose()).cwiseAbs().maxCoeff() <= kAsymmetry_m2 && shifted.ok();
+}
+
+/// Why no sensor can have this tip; empty: it can.
+std::string_view fault_of(const ToolTip& tip) {
+    return tip.sensor >= tracking::kMaxSensors ? "the sensor must be 0 to 3"
+           : !tip.tip_m.allFinite() || tip.tip_m.cwiseAbs().maxCoeff() > kLongestTip_m
+               ? "the tip must lie within 100 m of the sensor"
+           : !tip.covariance_m2.allFinite() || !is_covariance(tip.covariance_m2)
+               ? "covariance_m2 must be a covariance: symmetric, with no negative variance, at most 1 m2"
+               : "";
 }
 
 }  // namespace
@@ -76,11 +83,10 @@ ToolTip read_tip(const std::string& path) {
     tip.sensor = static_cast<std::uint8_t>(table.whole("sensor", 0, tracking::kMaxSensors - 1));
     refuse_if(!table.has("tip_m"), "{}: 'tip_m' is missing; the file is not complete: calibrate again", path);
     tip.tip_m = table.vector("tip_m", tip.tip_m);
-    table.require(tip.tip_m.cwiseAbs().maxCoeff() <= kLongestTip_m, "tip_m", "must lie within 100 m of the sensor");
     tip.covariance_m2 = table.matrix("covariance_m2", tip.covariance_m2);
-    table.require(tip.covariance_m2.cwiseAbs().maxCoeff() <= kWidest_m2 && is_covariance(tip.covariance_m2), "covariance_m2",
-                  "must be a covariance: symmetric, with no negative variance, at most 1 m2");
     table.finish();
+    const std::string_view fault = fault_of(tip);
+    refuse_if(!fault.empty(), "{}: {}", path, fault);
     return tip;
 }
 
@@ -88,8 +94,17 @@ ToolTips::ToolTips(const std::vector<std::string>& texts) {
     for (const std::string& text : texts) {
         const ToolTip tip = parse_tip(text);
         refuse_if(has(tip.sensor), "--tip {}: sensor {} has a tip already", text, tip.sensor);
-        set(tip);
+        const std::string_view fault = set(tip);
+        refuse_if(!fault.empty(), "--tip {}: {}", text, fault);
     }
+}
+
+std::string_view ToolTips::set(const ToolTip& tip) {
+    const std::string_view fault = fault_of(tip);
+    if (fault.empty()) {
+        tips_[tip.sensor] = tip;
+    }
+    return fault;
 }
 
 tracking::PoseEstimate<double> ToolTips::at_tip(const tracking::PoseEstimate<double>& pose) const {

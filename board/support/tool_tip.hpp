@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/tracking/pose_estimate.hpp"
@@ -31,8 +32,8 @@ public:
     /// Texts of `--tip`: FILE.toml, or [SENSOR:]X,Y,Z in metres. Throws InputError, naming the option.
     explicit ToolTips(const std::vector<std::string>& texts);
 
-    /// The sensor must be less than kMaxSensors.
-    void set(const ToolTip& tip) { tips_.at(tip.sensor) = tip; }
+    /// Why no sensor can have this tip, and nothing changes; empty: it is set.
+    [[nodiscard]] std::string_view set(const ToolTip& tip);
     [[nodiscard]] bool has(std::size_t sensor) const { return sensor < tips_.size() && tips_[sensor].has_value(); }
 
     /// The pose with the position of the tip, if its sensor has one. The covariance of the position includes the error of the

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/precision.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::tracking {
 namespace {
@@ -36,7 +37,7 @@ Status check_common(const CommonParams<Scalar>& p) {
     if (!std::isfinite(p.window_s) || p.window_s < 0 || !std::isfinite(p.latency_s) || p.latency_s < 0) {
         return refused("window and latency must be finite and not negative");
     }
-    if (!p.hemisphere.allFinite()) {
+    if (!is_hemisphere(p.hemisphere)) {
         return refused("hemisphere must be a finite direction, or zero for unknown");
     }
     return {};

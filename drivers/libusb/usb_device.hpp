@@ -9,13 +9,14 @@
 #include <vector>
 
 #include "core/base/status.hpp"
+#include "core/protocol/usb_id.hpp"
 #include "drivers/posix/text.hpp"
 
 namespace tricoil::drivers {
 
 struct UsbAddress {
-    std::uint16_t vendor = 0x1209;
-    std::uint16_t product = 0x0001;
+    std::uint16_t vendor = protocol::kUsbVendor;
+    std::uint16_t product = protocol::kUsbProduct;
     std::string serial;  // empty: any; the first device is used
 };
 

@@ -11,7 +11,7 @@ protected:
         params.tips = tips;
         port.role = protocol::Role::tracker;
         params.session.host_drives_coils = false;
-        params.session.hemisphere = Vec3<double>(0, 1e300, 0);
+        params.session.hemisphere = Vec3<double>(0, 1e100, 0);  // beyond single precision
         params.session.confined = confined;
         loop.emplace(port, HostLines{nullptr, nullptr, nullptr}, params, tap,
                      [this](const tracking::PoseEstimate<double>& pose) { delivered_ = pose; });

@@ -147,7 +147,7 @@ protected:
 
 inline host::ToolTips tip_of_sensor_0() {
     host::ToolTips tips;
-    tips.set({0, {0.1, 0, 0}, Mat3<double>::Zero()});
+    (void)tips.set({0, {0.1, 0, 0}, Mat3<double>::Zero()});
     return tips;
 }
 

@@ -75,12 +75,13 @@ async function pivot(browser, html, check) {
   await close();
 }
 
-function recording(count, more = () => ({})) {
+function recording(count, more = () => ({}), shift = () => 0) {
   const lines = ['{"name":"take","started":"","complete":true}'];
-  for (let n = 0; n < count; ++n) lines.push(JSON.stringify(sample(0, n * 1000 / 240, [0.4 + n / 1e5, 0, 0.1], more(n))));
+  for (let n = 0; n < count; ++n) lines.push(JSON.stringify(sample(0, shift(n) + n * 1000 / 240, [0.4 + n / 1e5, 0, 0.1], more(n))));
   return lines.join('\n') + '\n';
 }
 
+const kYear_ms = 365 * 24 * 3600e3;
 const kCsv =
     'sensor,time_us,flags,x_m,y_m,z_m,qw,qx,qy,qz,std_x_m,std_y_m,std_z_m,distortion_mm,snr_db\n0,0,0,0.4,0,0.1,1,0,0,0,0.001,0.001,0.001,0.1,60\n0,4000,0,0.4,0,0.1,1,0,0,0,0.001,0.001,0.001,0.1,60\n0,8000,0,0.4,0,0';
 
@@ -92,6 +93,7 @@ async function playback(browser, html, check, pictures) {
     noise: '\u0000\u0001 not a recording',
     empty: '',
     restarted: recording(300) + recording(300),
+    jumped: recording(600, n => n === 0 ? {flags: ['no_sensor']} : {}, n => n > 0 ? kYear_ms : 0),
     late: recording(100) + '{"error":"late/poses.csv:101: has 3 fields instead of 47"}\n',
     changed: {status: 422, answer: 'changed/poses.csv: was changed since it was recorded (size or CRC differ from recording.json)'},
   };
@@ -120,6 +122,14 @@ async function playback(browser, html, check, pictures) {
   check(
       await page.evaluate(() => window.tricoil.playback.sensors.get(0).poses.length === 600 && window.tricoil.playback.to > 3),
       'after a restart of the device a recording goes on');
+  await page.keyboard.press('Escape');
+  await play('jumped');
+  await wait(() => window.tricoil.playback?.name === 'jumped');
+  await page.locator('#position').fill(String(kYear_ms / 1000 + 1));
+  await page.waitForTimeout(500);
+  check(
+      await page.evaluate(() => window.tricoil.playback.sensors.get(0).newest.valid),
+      'a recording whose first time is a year before the others does not stop the page');
   await page.keyboard.press('Escape');
   await page.setInputFiles('#file', {name: 'poses.csv', mimeType: 'text/csv', buffer: Buffer.from(kCsv)});
   await says(/1 damaged line was left out/, 'a CSV file with a cut line is played');

@@ -1,22 +1,32 @@
-// Preloaded into a program: makes one call of the C library fail.
+// Preloaded into a program: makes one call of the C library fail, or delays all calls of the file system.
 //
 // TRICOIL_FAULT="CALL:COUNT:ERRNO:PATH": the COUNT-th (from 1) call of CALL (open, read, write, fsync, rename) on a file whose
 // path contains PATH fails with the number ERRNO, and so do all later calls; with "CALL!" only that call fails.
+// TRICOIL_FAULT="delay:MS:0:PATH": every call on a path that contains PATH begins MS milliseconds later. Also those are delayed
+// that never fail.
+#include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdarg>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
 #include <string_view>
+#include <thread>
 
 namespace {
+
+constexpr const char* kDelay = "delay";
 
 struct Fault {
     std::string call;
@@ -54,7 +64,11 @@ const Fault& fault() {
 bool fails(const char* call, std::string_view path) {
     static std::atomic<long> seen = 0;
     const Fault& f = fault();
-    if (f.call != call || path.find(f.path) == std::string_view::npos) {
+    if ((f.call != call && f.call != kDelay) || path.find(f.path) == std::string_view::npos) {
+        return false;
+    }
+    if (f.call == kDelay) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(f.count));
         return false;
     }
     const long now = ++seen;
@@ -66,7 +80,7 @@ bool fails(const char* call, std::string_view path) {
 }
 
 bool fails(const char* call, int descriptor) {
-    if (fault().call != call) {
+    if (fault().call != call && fault().call != kDelay) {
         return false;
     }
     const int before = errno;
@@ -126,6 +140,62 @@ int fsync(int descriptor) {
 int fdatasync(int descriptor) {
     static const auto real = next<int (*)(int)>("fdatasync");
     return fails("fsync", descriptor) ? -1 : real(descriptor);
+}
+
+// Calls that are only delayed.
+
+int stat(const char* path, struct stat* result) {
+    static const auto real = next<int (*)(const char*, struct stat*)>("stat");
+    (void)fails("stat", path);
+    return real(path, result);
+}
+
+int lstat(const char* path, struct stat* result) {
+    static const auto real = next<int (*)(const char*, struct stat*)>("lstat");
+    (void)fails("stat", path);
+    return real(path, result);
+}
+
+int statvfs(const char* path, struct statvfs* result) {
+    static const auto real = next<int (*)(const char*, struct statvfs*)>("statvfs");
+    (void)fails("stat", path);
+    return real(path, result);
+}
+
+int access(const char* path, int mode) {
+    static const auto real = next<int (*)(const char*, int)>("access");
+    (void)fails("stat", path);
+    return real(path, mode);
+}
+
+int mkdir(const char* path, mode_t mode) {
+    static const auto real = next<int (*)(const char*, mode_t)>("mkdir");
+    (void)fails("mkdir", path);
+    return real(path, mode);
+}
+
+int unlink(const char* path) {
+    static const auto real = next<int (*)(const char*)>("unlink");
+    (void)fails("unlink", path);
+    return real(path);
+}
+
+DIR* opendir(const char* path) {
+    static const auto real = next<DIR* (*)(const char*)>("opendir");
+    (void)fails("opendir", path);
+    return real(path);
+}
+
+std::FILE* fopen64(const char* path, const char* mode) {
+    static const auto real = next<std::FILE* (*)(const char*, const char*)>("fopen64");
+    (void)fails("fopen", path);
+    return real(path, mode);
+}
+
+int ftruncate(int descriptor, off_t size) {
+    static const auto real = next<int (*)(int, off_t)>("ftruncate");
+    (void)fails("ftruncate", descriptor);
+    return real(descriptor, size);
 }
 
 int rename(const char* from, const char* to) {

@@ -45,6 +45,7 @@ class Ros2(unittest.TestCase):
         begin_s = time.time()
         lines = lines_of("ros2_node.py", STAND_IN_PARAMETERS=json.dumps({"source": SOURCE}))
         poses = valid_poses()
+        lines = [line for line in lines if line["topic"] != "/diagnostics"]
         messages = [line["message"] for line in lines if line["topic"] == "sensor_1/pose"]
         transforms = [line["message"] for line in lines if line["topic"] == "/tf"]
         self.assertEqual(len(messages) + len(transforms), len(lines))
@@ -64,10 +65,30 @@ class Ros2(unittest.TestCase):
         log = output_of("ros2_node.py", STAND_IN_PARAMETERS=json.dumps({"source": "sim:unplugged,duration_s=3"})).stderr
         self.assertIn("sensor 1: no valid pose: no_sensor", log)
 
+    def test_diagnostics_have_the_flags_of_a_lost_sensor(self):
+        """At once: more often than once per second."""
+        lines = lines_of("ros2_node.py", STAND_IN_PARAMETERS=json.dumps({"source": "sim:unplugged,duration_s=3"}))
+        states = [status for line in lines if line["topic"] == "/diagnostics" for status in line["message"]["status"]]
+        self.assertEqual({status["name"] for status in states}, {"tricoil: source", "tricoil: sensor 1"})
+        seen = [(status["level"], status["message"]) for status in states if status["name"] == "tricoil: sensor 1"]
+        self.assertIn(([0], "tracking"), seen)
+        lost = next(n for n, (level, message) in enumerate(seen) if level == [2] and "no_sensor" in message)
+        self.assertIn(([0], "tracking"), seen[:lost])
+        self.assertTrue(all(status["message"] for status in states))
+
+    def test_diagnostics_name_a_device_that_is_not_there(self):
+        with subprocess.Popen([sys.executable, EXAMPLES / "ros2_node.py"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env={
+                **os.environ, "PYTHONPATH": os.pathsep.join([str(STAND_INS), os.environ.get("PYTHONPATH", "")]),
+                "STAND_IN_PARAMETERS": json.dumps({"source": "serial:/dev/no-such-line", "tracker": "direct"})}) as node:
+            source, = json.loads(node.stdout.readline())["message"]["status"]
+            node.terminate()
+        self.assertEqual((source["name"], source["level"]), ("tricoil: source", [2]))
+        self.assertTrue(source["message"])
+
     def test_each_sensor_has_its_topic(self):
         lines = lines_of("ros2_node.py", STAND_IN_PARAMETERS=json.dumps({"source": SOURCE + ",stations=2", "frame_id": "lab"}))
-        self.assertEqual({line["topic"] for line in lines}, {"sensor_1/pose", "sensor_2/pose", "/tf"})
-        self.assertEqual({line["message"]["header"]["frame_id"] for line in lines}, {"lab"})
+        self.assertEqual({line["topic"] for line in lines}, {"sensor_1/pose", "sensor_2/pose", "/tf", "/diagnostics"})
+        self.assertEqual({line["message"]["header"]["frame_id"] for line in lines if line["topic"] != "/diagnostics"}, {"lab"})
 
 
 class LabStreamingLayer(unittest.TestCase):

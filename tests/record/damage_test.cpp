@@ -224,10 +224,71 @@ TEST_F(Damage, RestsHaveTheLevelsOfTheirColumns) {
 }
 
 TEST_F(Damage, RestsLeaveOutColumnsWithoutACoil) {
+    fs::remove_all(folder_);
+    ASSERT_EQ(tricoil("run --json --scenario still --duration 1 --record " + folder_).exit_code, 0);
     end_early();
-    put("inputs.csv", get("inputs.csv") + "column,0,400000,0,1,1,0,1,1,1,1,1,1,1,1,1,0,0,0,0\n");
-    const auto result = tricoil("convert " + folder_ + " --to rests --out " + path_in_temp("rests.csv"));
+    put("inputs.csv", get("inputs.csv") + "column,0,1400000,0,1,1,0,1,1,1,1,1,1,1,1,1,0,0,0,0\n");
+    const std::string rests = path_in_temp("rests.csv");
+    const auto result = tricoil("convert " + folder_ + " --to rests --out " + rests);
     EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.out, rests + ": 1 rests\n");
+    EXPECT_EQ(tricoil("convert --json " + folder_ + " --to rests --out " + rests).json()["rests"], 1);
+}
+
+TEST_F(Damage, ARecordingWithoutARestIsRefused) {
+    const std::string rests = path_in_temp("no_rests.csv");
+    const auto result = tricoil("convert " + folder_ + " --to rests --out " + rests);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("the sensor never rests; hold it still for 0.5 s"));
+    EXPECT_FALSE(fs::exists(rests));
+}
+
+/// A device or a named pipe in the place of a file has no end, or is never written.
+TEST_F(Damage, FilesWithoutAnEndAreRefused) {
+    for (const bool is_complete : {true, false}) {
+        for (const char* name : {"recording.json", "inputs.csv", "poses.csv"}) {
+            SetUp();
+            if (!is_complete) {
+                end_early();
+            }
+            fs::remove(folder_ + "/" + name);
+            fs::create_symlink("/dev/zero", folder_ + "/" + name);
+            const std::string reason = std::string(name) + ": is not a regular file";
+            const auto device = run_program("timeout 20 " TRICOIL_PROGRAM " replay", folder_);
+            EXPECT_EQ(device.exit_code, 2) << name;
+            EXPECT_THAT(device.err, HasSubstr(reason));
+            fs::remove(folder_ + "/" + name);
+            ASSERT_EQ(std::system(("mkfifo " + folder_ + "/" + name).c_str()), 0);
+            const auto pipe = run_program("timeout 20 " TRICOIL_PROGRAM " replay", folder_);
+            EXPECT_EQ(pipe.exit_code, 2) << name;
+            EXPECT_THAT(pipe.err, HasSubstr(reason));
+        }
+    }
+}
+
+TEST_F(Damage, APoseWithoutAnAttitudeIsRefused) {
+    end_early();
+    std::istringstream lines(get("poses.csv"));
+    std::string text;
+    int number = 0;
+    for (std::string line; std::getline(lines, line); text += line + "\n") {
+        if (++number == 50) {
+            auto fields = host::split(line, ',');
+            const std::string w(fields[9]);
+            line.replace(line.find("," + w + ","), w.size() + 2, ",nan,");
+        }
+    }
+    put("poses.csv", text);
+    const auto result = tricoil("convert " + folder_ + " --to csv");
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("poses.csv:50: the attitude is not a number"));
+}
+
+TEST_F(Damage, AReplayGivesTheReasonOfAnIncompleteRecording) {
+    end_early();
+    EXPECT_THAT(tricoil("replay " + folder_).out, HasSubstr("incomplete: the recording program was killed, or could not write"));
+    describe([](auto& d) { d["failure"] = "File too large"; });
+    EXPECT_THAT(tricoil("replay " + folder_).out, HasSubstr("incomplete: File too large\n"));
 }
 
 TEST_F(Damage, InvalidLines) {

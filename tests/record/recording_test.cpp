@@ -133,6 +133,7 @@ TEST(Recording, AFullDiskEndsTheRecordingNotTheRun) {
     const auto replayed = tricoil("replay --json " + folder);
     EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
     EXPECT_GT(replayed.json()["equal"], 100U);
+    EXPECT_THAT(tricoil("replay " + folder).out, HasSubstr("incomplete: File too large\n"));
 }
 
 TEST(Recording, TimeGoesOnAfterARestartOfTheClock) {

@@ -320,6 +320,25 @@ TEST_F(IgtlSession, AnInvalidPoseIsNeverSent) {
     EXPECT_EQ(unpack<igtl::StatusMessage>(all[2], unpacked)->GetCode(), igtl::StatusMessage::STATUS_OK);
 }
 
+/// A viewer that shows the last pose is told again and again that it is old, and at once why.
+TEST_F(IgtlSession, AnInvalidPeriodIsReportedWhileItLasts) {
+    wait_out();
+    have(pose_at(kNow));
+    for (int n = 1; n <= 3 * 240; ++n) {  // three seconds; the flags change after two
+        ServedPose served = invalid_at(kNow + n * 4167);
+        if (n > 2 * 240 + 20) {
+            served.pose.flags.set(tracking::PoseFlag::no_sensor);
+        }
+        have(served);
+    }
+    std::vector<std::string> names;
+    for (const std::string& message : messages()) {
+        int unpacked = 0;
+        names.push_back(type_of(message) == "STATUS" ? unpack<igtl::StatusMessage>(message, unpacked)->GetErrorName() : "pose");
+    }
+    EXPECT_THAT(names, ElementsAre("pose", "low_signal", "low_signal", "low_signal", "low_signal"));
+}
+
 TEST_F(IgtlSession, AnswersRequests) {
     ask(header_only<igtl::GetStatusMessage>());
     EXPECT_THAT(types(), ElementsAre("STATUS"));

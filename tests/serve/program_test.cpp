@@ -32,6 +32,20 @@ namespace {
 
 using ::testing::HasSubstr;
 
+/// The plug is pulled after 2 s and put back after 4 s.
+TEST(ServeProgram, ALostSensorIsLogged) {
+    const Serving serving({"--json-lines", "tcp:0", "--scenario", "unplugged", "--confined"});
+    const auto wait_for = [&](const char* text) {
+        const auto end = Clock::now() + std::chrono::seconds(30);
+        while (serving.err().find(text) == std::string::npos && Clock::now() < end) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        }
+        return serving.err();
+    };
+    EXPECT_THAT(wait_for("no valid pose"), ::testing::HasSubstr("tricoil: serve: sensor 1: no valid pose: no_sensor"));
+    EXPECT_THAT(wait_for("again"), ::testing::HasSubstr("tricoil: serve: sensor 1: valid poses again"));
+}
+
 TEST(ServeProgram, RefusesInvalidOutputs) {
     const std::vector<std::pair<std::string, std::string>> lines{
         {"", "serve: no output; add --fastrak, "},

@@ -93,7 +93,7 @@ TEST_F(RecordingSwitchTest, RefusesAFolderThatCannotBeWritten) {
 }
 
 TEST_F(RecordingSwitchTest, AcceptsNamesThatStayInTheFolder) {
-    for (const char* bad : {"../take", ".take", "a/b", " a", "a ", "a\nb", "a\"b", "\xc3\xa4"}) {
+    for (const char* bad : {"../take", ".take", "-take", "a/b", " a", "a ", "a\nb", "a\"b", "\xc3\xa4"}) {
         EXPECT_THAT(recordings_.record(true, bad), HasSubstr("the name may have")) << bad;
     }
     EXPECT_THAT(recordings_.record(true, std::string(65, 'a')), HasSubstr("the name may have"));

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <thread>
 
 #include "tests/serve/serving.hpp"
@@ -119,15 +120,45 @@ TEST(ServePage, ControlsAreOpenOrClosedByOption) {
     EXPECT_EQ(tricoil("serve --web 0 --read-only --open-controls").exit_code, 2);
 }
 
+unsigned mode_of(const std::string& path) {
+    struct stat about {};
+    EXPECT_EQ(stat(path.c_str(), &about), 0);
+    return about.st_mode & 0777U;
+}
+
 TEST(ServePage, TheLinkGoesToAFileThatOnlyTheUserReads) {
     const std::string path = write_file("controls", "older\n");
     const Serving serving({"--web", "0", "--scenario", "still", "--token-file", path});
     const std::string link = read_file(path);
     EXPECT_THAT(link, HasSubstr(serving.address("web") + "#token="));
     EXPECT_THAT(ask(serving.port("web"), R"({"run":true})", token_of(link.substr(0, link.size() - 1))), HasSubstr("200"));
-    struct stat about {};
-    ASSERT_EQ(stat(path.c_str(), &about), 0);
-    EXPECT_EQ(about.st_mode & 0777U, 0600U);
+    EXPECT_EQ(mode_of(path), 0600U);
+}
+
+TEST(ServePage, TheLinkGoesToTheTargetOfASymbolicLink) {
+    const std::string target = write_file("controls_target", "older\n");
+    std::filesystem::permissions(target, std::filesystem::perms(0644));
+    const std::string path = path_in_temp("controls_link");
+    std::filesystem::remove(path);
+    std::filesystem::create_symlink("controls_target", path);
+    const Serving serving({"--web", "0", "--scenario", "still", "--token-file", path});
+    EXPECT_TRUE(std::filesystem::is_symlink(path));
+    EXPECT_THAT(read_file(target), HasSubstr("#token="));
+    EXPECT_EQ(mode_of(target), 0600U);
+}
+
+/// An inherited JOURNAL_STREAM is not the journal; one with the device and inode of the output is.
+TEST(ServePage, TheLinkIsNotWrittenToTheJournal) {
+    const std::string command = TRICOIL_PROGRAM " serve --web 0 --scenario still --duration 0.1 --json";
+    const auto inherited = run_program("JOURNAL_STREAM=9:8 " + command, "");
+    EXPECT_THAT(inherited.out, HasSubstr("#token="));
+    EXPECT_THAT(inherited.err, ::testing::Not(HasSubstr("journal")));
+    for (const char* descriptor : {"1", "2"}) {
+        const std::string stream = std::string("export JOURNAL_STREAM=$(stat -L -c %d:%i /proc/$$/fd/") + descriptor + ")";
+        const auto journal = run_program("sh -c '" + stream + "; exec " + command + "'", "");
+        EXPECT_THAT(journal.out, ::testing::Not(HasSubstr("#token="))) << descriptor;
+        EXPECT_THAT(journal.err, HasSubstr("the link for controls is not written to the journal")) << descriptor;
+    }
 }
 
 TEST(ServePage, AddressesOtherThanLoopbackCauseAWarning) {

@@ -11,7 +11,7 @@ import time
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-NEEDED = ("apt-cache awk bash cat chmod cp cut date df dirname env find flock gcc grep head id kill ln ls mkdir mktemp mv nproc paste printf python3 realpath rm "
+NEEDED = ("apt-cache awk bash cat chmod cmp cp cut date df dirname env find flock gcc grep head id kill ln ls mkdir mktemp mv nproc paste printf python3 realpath rm "
           "sed sh sha256sum sleep sort tail tee touch tr uname").split()
 
 

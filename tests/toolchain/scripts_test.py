@@ -2,10 +2,11 @@
 """The scripts of toolchain/ on machines where something is missing: one line that names it, the documented exit status, and no use of
 incomplete results. See also fake_machine.py."""
 
+import json
 import signal
 import unittest
 
-from fake_machine import FakeMachine
+from fake_machine import ROOT, FakeMachine
 
 
 class Cache(FakeMachine):
@@ -29,6 +30,19 @@ class Cache(FakeMachine):
 class NpmPackages(FakeMachine):
     def installed(self):
         return [path for path in (self.cache / "tricoil/npm").glob("*") if path.is_dir()]
+
+    def test_every_package_has_a_hash(self):
+        for folder in (ROOT / "toolchain/npm").iterdir():
+            packages = json.loads((folder / "package-lock.json").read_text(encoding="utf-8"))["packages"]
+            named = json.loads((folder / "package.json").read_text(encoding="utf-8"))["dependencies"]
+            self.assertEqual(named, packages.pop("")["dependencies"])
+            for name, package in packages.items():
+                self.assertRegex(package["integrity"], r"^sha512-", name)
+
+    def test_npm_compares_with_the_hashes(self):
+        self.replace("npm", 'echo "$1" "$(cmp "$3/package-lock.json" tree/toolchain/npm/test/package-lock.json && echo same)" >"$CALLS"')
+        self.assertEqual(self.run_script("npm-packages").returncode, 0)
+        self.assertEqual(self.log_of_calls(), ["ci same"])  # npm install would change the file
 
     def test_no_npm(self):
         self.fails("npm-packages", status=3, naming="no npm; run toolchain/install-deps")

@@ -29,7 +29,7 @@ set(about "tricoil computes the position and attitude of a sensor from the coupl
 tricoil_debian_package(Unspecified tricoil science "AC electromagnetic tracker: programs"
   "${about}\n.\nThis package contains the program tricoil (simulation, devices on CAN FD, USB\nand serial lines, calibration, servers for FASTRAK and OpenIGTLink clients,\nlive page), a simulated front end, device rules and a service.")
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_RECOMMENDS "python3-matplotlib")
-set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_SOURCE_DIR}/postinst ${CMAKE_CURRENT_SOURCE_DIR}/postrm)
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_SOURCE_DIR}/postinst ${CMAKE_CURRENT_SOURCE_DIR}/prerm ${CMAKE_CURRENT_SOURCE_DIR}/postrm)
 
 set(library_package libtricoil${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 tricoil_debian_package(lib ${library_package} libs "AC electromagnetic tracker: library"

@@ -34,11 +34,14 @@ int run_convert(const ConvertCommand& command) {
     recording.refuse_as_output(command.out);
     OutputFile file(command.out);
     Progress progress("convert");
-    const std::uint64_t poses = convert(
+    const std::uint64_t count = convert(
         recording, command.form, command.stages, [&](std::string_view bytes) { file.write(bytes); }, progress.part(0, 1));
     file.commit();
-    const Json result{{"poses", poses}, {"out", command.out}};
-    print_text(command.json ? result.dump() + "\n" : fill(result, "{out}: {poses} poses as ") + command.form + "\n");
+    const bool is_of_rests = command.form == "rests";
+    const Json result{{is_of_rests ? "rests" : "poses", count}, {"out", command.out}};
+    print_text(command.json  ? result.dump() + "\n"
+               : is_of_rests ? fill(result, "{out}: {rests} rests\n")
+                             : fill(result, "{out}: {poses} poses as ") + command.form + "\n");
     return to_int(ExitCode::fine);
 }
 

@@ -18,6 +18,7 @@
 #include "board/support/whole_file.hpp"
 #include "core/calibration/blob.hpp"
 #include "core/protocol/command_arguments.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -232,7 +233,7 @@ int set_mode(const DeviceCommand& command) {
 int set_hemisphere(const DeviceCommand& command) {
     protocol::HemisphereRequest request;
     request.towards = Vec3<double>(command.towards.data()).cast<float>();
-    refuse_if(!request.towards.allFinite(),
+    refuse_if(!tracking::is_hemisphere(request.towards),
               "--towards must be three finite numbers: x,y,z in the source frame, or 0,0,0 for unknown");
     linux_board::DeviceInquiry(command.uri, command.wait_s)
         .order("this hemisphere", protocol::Opcode::hemisphere, protocol::hemisphere_argument(request));

@@ -40,9 +40,15 @@ Json result_of(const Recording& recording, const ReplayReport& r, bool same_trac
             {"difference_rms_deg", kDegrees * r.rms_orientation_rad}};
 }
 
-std::string replay_text(const Json& r) {
+/// Why a recording is incomplete.
+std::string reason_of(const Recording& recording) {
+    const auto reason = recording.description().value("failure", Json());
+    return reason.is_string() ? reason.get<std::string>() : "the recording program was killed, or could not write to the disk";
+}
+
+std::string replay_text(const Json& r, const Recording& recording) {
     std::string text = fill(r, "{recording}: {inputs} inputs, {poses} poses, {poses_valid} of them valid\n");
-    text += r["complete"] ? "" : "  incomplete: the recording program was killed\n";
+    text += r["complete"] ? "" : "  incomplete: " + reason_of(recording) + "\n";
     if (!r["expected_equal"]) {
         text += fill(r,
                      "  against the recorded poses: {compared} at the same times, {equal} of them equal, "
@@ -69,7 +75,7 @@ int run_replay(const ReplayCommand& command) {
     Progress progress("replay");
     const ReplayReport report = replay(recording, settings, command.out, command.stages, progress.part(0, 1));
     const Json result = result_of(recording, report, same_tracker);
-    print_result(result, command.json, replay_text);
+    print_text(command.json ? result.dump(2) + "\n" : replay_text(result, recording));
     if (result["expected_equal"] && !result["bit_for_bit"]) {
         if (report.equal == report.compared) {
             print_notice("tricoil: {}: inputs and poses end {:.1f} s apart: one of the files is truncated\n", command.folder,

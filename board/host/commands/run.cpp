@@ -19,6 +19,7 @@
 #include "board/support/sim_input/scenario_file.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/tracker_choice.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -35,7 +36,7 @@ int list_scenarios(bool json) {
 }
 
 void check_vector(const std::vector<double>& v, const char* option) {
-    refuse_if(!std::isfinite(v[0] + v[1] + v[2]), "{}: must be three finite numbers", option);
+    refuse_if(!tracking::is_hemisphere(Vec3<double>(v.data())), "{}: must be three finite numbers, none of them huge", option);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <memory>
 
 #include "board/host/commands/serve_command.hpp"
@@ -9,10 +8,12 @@
 #include "board/host/serve/fastrak/fastrak_output.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/udp_service.hpp"
+#include "board/host/serve/validity_log.hpp"
 #include "board/linux/device_config.hpp"
 #include "board/linux/text_name.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/output_file.hpp"
+#include "board/support/service_notice.hpp"
 #include "board/support/terminal_text.hpp"
 #ifdef TRICOIL_WITH_OPENIGTLINK
 #include "board/host/serve/openigtlink/igtl_session.hpp"
@@ -136,7 +137,7 @@ void publish_link(const ServeCommand& command, const std::string& link, Addresse
     }
     if (!command.token_file.empty()) {
         write_private_file(command.token_file, link + "\n");
-    } else if (std::getenv("JOURNAL_STREAM") != nullptr) {
+    } else if (writes_to_journal()) {
         print_notice("tricoil: the link for controls is not written to the journal; use --token-file FILE\n");
     } else {
         addresses["web_controls"] = link;
@@ -202,6 +203,7 @@ ServeOutputs open_outputs(const ServeCommand& command, const PoseUnits& units, S
               "serve: no output; add --fastrak, --openigtlink, --json-lines, --websocket, --osc or --web");
     refuse_if(outputs.to_standard_output != nullptr && command.run->json,
               "--json-lines - and --json exclude each other: both write to standard output");
+    server.add(std::make_unique<ValidityLog>());
     return outputs;
 }
 

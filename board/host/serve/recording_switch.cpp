@@ -27,17 +27,6 @@ std::string refusal(const std::string& folder) {
     return "";
 }
 
-/// Bytes of the files of a recording so far.
-std::uint64_t size_of(const fs::path& recording) {
-    std::uint64_t bytes = 0;
-    for (const char* name : kRecordFiles) {
-        std::error_code error;
-        const auto size = fs::file_size(recording / name, error);
-        bytes += error ? 0 : size;
-    }
-    return bytes;
-}
-
 }  // namespace
 
 bool is_recording_name(std::string_view name) {
@@ -47,8 +36,8 @@ bool is_recording_name(std::string_view name) {
         return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
                kSigns.find(c) != std::string_view::npos;
     };
-    return !name.empty() && name.size() <= kLongest && name.front() != '.' && name.front() != ' ' && name.back() != ' ' &&
-           std::all_of(name.begin(), name.end(), is_allowed);
+    return !name.empty() && name.size() <= kLongest && std::string_view(".- ").find(name.front()) == std::string_view::npos &&
+           name.back() != ' ' && std::all_of(name.begin(), name.end(), is_allowed);
 }
 
 std::string RecordingSwitch::record(bool on, const std::string& name) {
@@ -63,11 +52,10 @@ RecordingStatus RecordingSwitch::status() {
     std::unique_ptr<Recorder> dead;
     {
         const std::lock_guard lock(mutex_);
-        if (!died_) {
+        if (!recorder_ || !recorder_->failed()) {
             return status_locked();
         }
         dead = std::move(recorder_);
-        died_ = false;
     }
     const std::string error = dead->close();
     const std::lock_guard lock(mutex_);
@@ -80,7 +68,7 @@ RecordingStatus RecordingSwitch::status_locked() const {
     if (recorder_) {
         status.name = name_;
         status.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
-        status.bytes = size_of(fs::path(folder_) / name_);
+        status.bytes = recorder_->bytes();
     }
     return status;
 }
@@ -90,7 +78,7 @@ std::string RecordingSwitch::begin_recording(const std::string& wanted) {
         return reason;
     }
     if (!wanted.empty() && !is_recording_name(wanted)) {
-        return "the name may have up to 64 letters, digits, spaces and -_.,+()=, and must not begin with a dot";
+        return "the name may have up to 64 letters, digits, spaces and -_.,+()=, and must not begin with a dot or a hyphen";
     }
     const std::string name = wanted.empty() ? fmt::format("{:%Y-%m-%dT%H%M%SZ}", fmt::gmtime(std::time(nullptr))) : wanted;
     const fs::path path = fs::path(folder_) / name;
@@ -122,7 +110,6 @@ void RecordingSwitch::take_over(std::unique_ptr<Recorder> recorder, const std::s
     name_ = name;
     started_ = std::chrono::steady_clock::now();
     error_.clear();
-    died_ = false;
     if (settings_) {
         recorder_->begin_while_running(*settings_, last_m_);
     }
@@ -133,7 +120,6 @@ std::string RecordingSwitch::end_recording() {
     {
         const std::lock_guard lock(mutex_);
         recorder = std::move(recorder_);
-        died_ = false;
         if (!recorder) {  // the recording has failed and status() has closed it
             return error_;
         }
@@ -178,7 +164,6 @@ void RecordingSwitch::do_pose(const tracking::PoseEstimate<double>& estimate) {
         last_m_[estimate.sensor] = estimate.position_m;
     }
     if (recorder_) {
-        died_ = recorder_->failed();  // before pose(), which prints the failure if it is not printed yet
         recorder_->pose(estimate);
     }
 }

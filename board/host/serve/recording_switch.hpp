@@ -21,12 +21,12 @@ struct RecordingStatus {
     std::uint64_t bytes = 0;  // of its files
 };
 
-/// True for 1 to 64 letters, digits, spaces and -_.,+()= that do not begin with a dot or end with a space: such a name cannot
-/// leave its folder, and needs no quotes that a shell does not have.
+/// True for 1 to 64 letters, digits, spaces and -_.,+()= that do not begin with a dot or a hyphen or end with a space: such a
+/// name cannot leave its folder, is no option of a program, and needs no quotes that a shell does not have.
 bool is_recording_name(std::string_view name);
 
-/// Creates and closes recordings in the caller's thread. The tracker's thread waits for the disk only while the description of a
-/// recording is written, once at its start.
+/// Creates and closes recordings in the caller's thread. The tracker's thread never waits for the disk: no system call is made
+/// while `mutex_` is locked.
 class RecordingSwitch final : public tracking::TrackerTap<double> {
 public:
     /// folder: parent of the recordings, which are named by the client or by their start time (UTC); empty: recordings are
@@ -60,7 +60,6 @@ private:
     std::mutex asking_;  // one request at a time
     std::mutex mutex_;   // between tracker and clients
     std::unique_ptr<Recorder> recorder_;
-    bool died_ = false;  // recorder_ has failed and has printed its failure
     std::string error_;
     std::string name_;  // of recorder_
     std::chrono::steady_clock::time_point started_;

@@ -5,12 +5,13 @@
 
 Parameters: source and tracker, as for tricoil.open(), with the half space of the sensor (serial:/dev/ttyACM0,hemisphere=1/0/0,confined);
 frame_id: name of the source's coordinate frame. Topics: sensor_1/pose to
-sensor_4/pose. Transforms: from frame_id to sensor_1 to sensor_4.
+sensor_4/pose, and /diagnostics: the state of the source and the flags of each sensor. Transforms: from frame_id to sensor_1 to sensor_4.
 """
 
 import collections
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from rclpy.node import Node
 from rclpy.time import Time
@@ -27,6 +28,9 @@ class TricoilNode(Node):
         self.source = tricoil.open(parameter("source", "sim:hand,realtime=yes"), parameter("tracker", "scaat"))
         self.delays_ns = collections.deque(maxlen=1000)  # ROS time minus device time
         self.broadcaster = TransformBroadcaster(self)
+        self.newest = {}  # pose by sensor
+        self.heard_ns = self.due_ns = 0
+        self.diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.topics = [self.create_publisher(PoseWithCovarianceStamped, f"sensor_{n}/pose", 10) for n in range(1, 5)]
 
     def stamp(self, time_s):
@@ -53,12 +57,41 @@ class TricoilNode(Node):
         self.broadcaster.sendTransform(transform)
 
 
+    def diagnose(self, pose):
+        """Publishes the states of source and sensors once per second and at each change. pose: None, or a new one."""
+        now = self.get_clock().now()
+        is_news = False
+        if pose is not None:
+            before = self.newest.get(pose.sensor)
+            is_news = before is None or (before.valid, before.flags) != (pose.valid, pose.flags)
+            self.newest[pose.sensor] = pose
+            self.heard_ns = now.nanoseconds
+        if now.nanoseconds < self.due_ns and not is_news:
+            return
+        self.due_ns = now.nanoseconds + 1_000_000_000
+        is_silent = now.nanoseconds - self.heard_ns > 1_000_000_000
+        array = DiagnosticArray()
+        array.header.stamp = now.to_msg()
+        array.status = [self.status("source", DiagnosticStatus.ERROR if is_silent else DiagnosticStatus.OK, self.source.status)]
+        for sensor, newest in sorted(self.newest.items()):
+            level = DiagnosticStatus.ERROR if is_silent or not newest.valid else DiagnosticStatus.WARN if newest.flags else DiagnosticStatus.OK
+            array.status.append(self.status(f"sensor {sensor + 1}", level, "silent" if is_silent else str(newest.flags) or "tracking"))
+        self.diagnostics.publish(array)
+
+    @staticmethod
+    def status(name, level, message):
+        status = DiagnosticStatus()
+        status.name, status.level, status.message = f"tricoil: {name}", level, message
+        return status
+
+
 def main():
     rclpy.init()
     node = TricoilNode()
     try:
         while rclpy.ok():
             pose = node.source.poll(0.01)
+            node.diagnose(pose)
             if pose is not None and pose.valid:
                 node.publish(pose)
             elif pose is not None:

@@ -5,6 +5,7 @@
 
 #include "core/base/precision.hpp"
 #include "core/geometry/quaternion_sign.hpp"
+#include "core/tracking/hemisphere.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::tracking {
@@ -91,7 +92,7 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::tick(DeviceTime now) {
 
 template <typename Scalar>
 Status Tracker<Scalar>::set_hemisphere(const Vec3<Scalar>& towards) {
-    if (!towards.allFinite()) {
+    if (!is_hemisphere(towards)) {
         return {StatusCode::not_finite, "hemisphere must be a finite direction, or zero for unknown"};
     }
     do_set_hemisphere(correction_ && correction_->has_own_axes() ? Vec3<Scalar>(correction_->axes().transpose() * towards)

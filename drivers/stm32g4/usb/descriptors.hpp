@@ -7,11 +7,9 @@
 #include <cstdint>
 #include <span>
 
-namespace tricoil::stm32g4::usb {
+#include "core/protocol/usb_id.hpp"
 
-/// Test identifier of pid.codes; a product needs its own.
-constexpr std::uint16_t kVendor = 0x1209;
-constexpr std::uint16_t kProduct = 0x0001;
+namespace tricoil::stm32g4::usb {
 
 constexpr std::uint8_t kControlPacketBytes = 64;
 constexpr std::uint8_t kBulkPacketBytes = 64;
@@ -65,7 +63,7 @@ constexpr auto utf16(const char (&text)[kLength]) {
 
 /// USB 2.01: the lowest version for which a host reads the BOS descriptor.
 inline constexpr auto kDevice = joined(bytes(18, kDeviceDescriptor, 0x01, 0x02, kVendorClass, 0, 0, kControlPacketBytes),
-                                       words(kVendor, kProduct), bytes(0x00, 0x01, 1, 2, 3, 1));
+                                       words(protocol::kUsbVendor, protocol::kUsbProduct), bytes(0x00, 0x01, 1, 2, 3, 1));
 
 constexpr std::uint8_t kSelfPowered = 0x40;
 

@@ -7,6 +7,7 @@
 
 #include "board/host/serve/fastrak/setting_commands.hpp"
 #include "core/base/angle_units.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host::fastrak {
 namespace {
@@ -304,8 +305,12 @@ void Session::hemisphere(const Arguments& arguments) {
     if (!links_.hemisphere) {
         arguments.refuse(0, CommandError::not_configured);
     }
-    s.hemisphere = arguments.vector(1, s.hemisphere, kLongest);
-    if (!s.hemisphere.isZero()) {  // zero selects hemisphere tracking (manual), the default of this tracker
+    const Vec3<double> towards = arguments.vector(1, s.hemisphere, kLongest);
+    if (!tracking::is_hemisphere(towards)) {
+        arguments.refuse(1, CommandError::out_of_range);
+    }
+    s.hemisphere = towards;
+    if (!towards.isZero(0)) {  // zero selects hemisphere tracking (manual), the default of this tracker
         links_.hemisphere(static_cast<std::uint8_t>(number - 1), s.hemisphere);
         links_.changed(fmt::format("the hemisphere of station {} for all clients", number));
     }

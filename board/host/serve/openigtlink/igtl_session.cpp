@@ -146,12 +146,14 @@ void Session::set_newest(std::span<const ServedPose> poses) {
 }
 
 void Session::send_sensor_status(Sensor& sensor) {
-    const bool valid = sensor.newest->pose.valid();
-    if (sensor.reported ? sensor.reported_valid != valid : !valid) {  // no STATUS if the first pose is valid
+    const auto& [pose, utc] = *sensor.newest;
+    const bool repeats = !pose.valid() && (sensor.reported != pose.flags || utc - sensor.reported_at >= kStatusPeriod);
+    if (sensor.reported_valid != pose.valid() || repeats) {  // no STATUS if the first pose is valid
         stream_.send(status_message(*sensor.newest, names_));
+        sensor.reported_valid = pose.valid();
+        sensor.reported = pose.flags;
+        sensor.reported_at = utc;
     }
-    sensor.reported = true;
-    sensor.reported_valid = valid;
 }
 
 void Session::send_tracking_data(UtcTime utc, Microseconds frame) {

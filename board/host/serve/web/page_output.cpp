@@ -19,6 +19,7 @@
 #include "board/host/serve/web/pose_event.hpp"
 #include "board/host/serve/web/recording_library.hpp"
 #include "board/host/serve/web/request_head.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host::web {
 namespace {
@@ -94,8 +95,9 @@ std::string execute_request(const std::string& text, ServedPage& page) {
             const auto& number = request["hemisphere"][n];
             towards[static_cast<Index>(n)] = number.is_number() ? number.get<double>() : std::numeric_limits<double>::quiet_NaN();
         }
-        const auto sensor = request.value("sensor", nlohmann::json(0));
-        if (!towards.allFinite() || !sensor.is_number_unsigned() || sensor.get<std::uint64_t>() >= tracking::kMaxSensors) {
+        const auto sensor = request.value("sensor", nlohmann::json(0U));
+        if (!tracking::is_hemisphere(towards) || !sensor.is_number_unsigned() ||
+            sensor.get<std::uint64_t>() >= tracking::kMaxSensors) {
             return "";
         }
         if (!page.control.hemisphere_refusal().empty()) {

@@ -19,8 +19,14 @@ class Message:
         object.__setattr__(self, name, value)
 
     def as_dict(self):
-        values = {name: getattr(self, name) for name in self.FIELDS}
-        return {n: v.as_dict() if isinstance(v, Message) else list(v) if isinstance(v, np.ndarray) else v for n, v in values.items()}
+        return {name: plain(getattr(self, name)) for name in self.FIELDS}
+
+
+def plain(value):
+    """As JSON has it."""
+    if isinstance(value, Message):
+        return value.as_dict()
+    return [plain(part) for part in value] if isinstance(value, (np.ndarray, list, bytes)) else value
 
 
 class Covariance:

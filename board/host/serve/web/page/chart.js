@@ -26,8 +26,10 @@ function drawBands(u, bands) {
   context.rect(left, top, width, height);
   context.clip();
   for (const band of bands) {
-    const x = u.valToPos(band.from, 'x', true);
-    const w = Math.max(u.valToPos(band.to, 'x', true) - x, 1.5 * devicePixelRatio);
+    // What is visible of the band: of a time that jumps by a year, it could be a billion pixels wide.
+    const x = Math.max(u.valToPos(band.from, 'x', true), left);
+    const w = Math.max(Math.min(u.valToPos(band.to, 'x', true), left + width) - x, 1.5 * devicePixelRatio);
+    if (x > left + width || u.valToPos(band.to, 'x', true) < left) continue;
     context.fillStyle = context.strokeStyle = palette[kBandColors[band.level]];
     context.globalAlpha = band.level === 3 ? 0.12 : 0.2;
     context.fillRect(x, top, w, height);

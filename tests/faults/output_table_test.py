@@ -1,0 +1,194 @@
+#!/usr/bin/env python3
+"""Every output of every command, on a full disk and on a slow one. The table of commands and outputs comes from the help: a command or an
+option without a row fails.
+
+  output_table_test.py TRICOIL FAULT_INJECTION    environment: TRICOIL_FRONT_END
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ENOSPC = 28
+DELAY_MS = 5
+HERE = pathlib.Path(__file__).resolve().parent
+STAGE = "stage/soYoutZup_seYoutZup_1.dat"
+SIMULATED = "--scenario still --duration 0.3"
+COILS = "--model concentric"
+# Options with a name of a file or folder that is read.
+INPUTS = {"--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--stage-from", "--tip", "--trajectory"}
+STDOUT = "standard output"
+
+
+class Elsewhere(str):
+    """Why this output has no row: the test that checks it, or what it needs."""
+
+
+TRACKER_BOARD = Elsewhere("only a tracker board obeys; its line is printed like that of device write-calibration")
+
+# Command: {output: words}. {out}: the path of the output; {device}: a simulated tracker.
+ROWS = {
+    "run": {STDOUT: SIMULATED, "--record": SIMULATED + " --record {out}", "--out": SIMULATED + " --out {out}",
+            "--json-lines": SIMULATED + " --json-lines -", "--couplings": SIMULATED + " --couplings {out}",
+            "--samples": SIMULATED + " --tracker fixed-direct --samples {out}"},
+    "serve": {STDOUT: SIMULATED + " --web 0", "--json-lines": SIMULATED + " --json-lines -", "--record": SIMULATED + " --web 0 --record {out}",
+              "--token-file": SIMULATED + " --web 0 --token-file {out}",
+              "--record-folder": Elsewhere("RecordingSwitchTest.ReportsAFailedRecordingWithItsReason, SlowDisk.ARecordingFromThePageDelaysNoPose")},
+    "demo": {STDOUT: "--web 0 --json --step 0.2"},
+    "replay": {STDOUT: "take", "--out": "take --out {out}"},
+    "smooth": {STDOUT: "take --out smooth.csv", "--out": "take --out {out}"},
+    "convert": {STDOUT: "take", "--out": "take --out {out}"},
+    "plot": {STDOUT: "take --out take.svg", "--out": "take --out {out}.svg"},
+    "calibrate stage": {STDOUT: f"{COILS} --out cal.toml {STAGE}", "--out": f"{COILS} --out {{out}} {STAGE}",
+                        "--blob": f"{COILS} --out cal.toml --blob {{out}} {STAGE}"},
+    "calibrate converters": {STDOUT: f"{COILS} --out cal.toml rests.csv", "--out": f"{COILS} --out {{out}} rests.csv",
+                             "--blob": f"{COILS} --out cal.toml --blob {{out}} rests.csv"},
+    "calibrate grid": {STDOUT: f"{COILS} --spacing-mm 50 --out cal.toml grid.csv", "--out": f"{COILS} --spacing-mm 50 --out {{out}} grid.csv",
+                       "--blob": f"{COILS} --spacing-mm 50 --out cal.toml --blob {{out}} grid.csv"},
+    "calibrate free-motion": {STDOUT: "--out cal.toml motion.csv", "--out": "--out {out} motion.csv",
+                              "--blob": f"{COILS} --coupling-constant 6.75e-3 --out cal.toml --blob {{out}} motion.csv"},
+    "calibrate surroundings": {STDOUT: "--calibration coils.toml --out room.toml soYoutZup_seYoutZup_table.csv",
+                               "--out": "--calibration coils.toml --out {out} soYoutZup_seYoutZup_table.csv",
+                               "--blob": "--calibration coils.toml --out room.toml --blob {out} soYoutZup_seYoutZup_table.csv"},
+    "calibrate low-band": {STDOUT: "--calibration coils.toml --out both.toml turned", "--out": "--calibration coils.toml --out {out} turned"},
+    "calibrate pivot": {STDOUT: "pivot1", "--out": "pivot1 --out {out}"},
+    "calibrate wiring": {STDOUT: "--at 0.4,0.2,0.1 frames.csv"},
+    "evaluate": {STDOUT: f"--calibration coils.toml {STAGE}", "--out": f"--calibration coils.toml --out {{out}} {STAGE}"},
+    "couplings": {STDOUT: "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out bands.csv",
+                  "--out": "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out {out}"},
+    "demodulate": {STDOUT: "capture.csv --carrier-hz 10000 --rate-hz 200000"},
+    "device list": {STDOUT: ""},
+    "device info": {STDOUT: "{device}"},
+    "device watch": {STDOUT: "{device} --duration 0.5"},
+    "device read-calibration": {STDOUT: "{device} --out read.bin", "--out": "{device} --out {out}"},
+    "device write-calibration": {STDOUT: "{device} coils.bin"},
+    "device mode": {STDOUT: TRACKER_BOARD},
+    "device hemisphere": {STDOUT: TRACKER_BOARD},
+    "device boresight": {STDOUT: TRACKER_BOARD},
+    "device loader": {STDOUT: "{device}"},
+    "device capture": {STDOUT: "{device} --out samples.csv", "--out": "{device} --out {out}"},
+    "doctor": {STDOUT: ""},
+    "selfcheck": {STDOUT: ""},
+    "protocol": {STDOUT: "", "--dbc": "--dbc {out}", "--page": "--page {out}"},
+    "motion": {STDOUT: "--example I", "--out": "--example I --out {out}"},
+    "figures": {STDOUT: "--out pictures", "--out": "--out {out}"},
+    "help": {STDOUT: "run"},
+    "completion": {STDOUT: "bash"},
+}
+
+
+def entries(text):
+    """Words at the beginning of the indented lines of a help, with the help of each, in sections that are not examples."""
+    text = text.split("\nExamples:")[0]
+    return [(entry[0], " ".join(entry[1].split())) for entry in re.findall(r"\n  (\S.*?)(?:  +|\n {26})((?:.*)(?:\n {10,}.*)*)", text)]
+
+
+def has_subcommands(text):
+    return re.search(r"^Usage: tricoil \S+ COMMAND", text, re.M) is not None
+
+
+class OutputTable(unittest.TestCase):
+    program = ""
+    injection = ""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.place = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.place.name)
+        path = f"{pathlib.Path(cls.program).parent}:{os.environ['PATH']}"
+        examples = cls.folder / "examples"
+        subprocess.run([sys.executable, HERE.parent / "docs/prepare_examples", examples], env={**os.environ, "PATH": path}, check=True)
+        cls.examples = examples
+        for words in ("run --scenario still --duration 1 --record take", f"calibrate stage {COILS} --out coils.toml --blob coils.bin {STAGE}",
+                      "run --scenario table --fidelity columns --couplings soYoutZup_seYoutZup_table.csv",
+                      "run --mux dual-band --duration 10 --record turned", "run --scenario pointer --record pivot1"):
+            subprocess.run([cls.program, *words.split()], cwd=examples, check=True, capture_output=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.place.cleanup()
+
+    def run_row(self, command, words, fault="", stdout=None):
+        """The ended program. The folder of the examples is the current one."""
+        environment = {**os.environ, "XDG_CONFIG_HOME": "/nonexistent", "ASAN_OPTIONS": "verify_asan_link_order=0"}
+        if fault:
+            environment |= {"LD_PRELOAD": self.injection, "TRICOIL_FAULT": fault}
+        device = None
+        if "{device}" in words:
+            device = subprocess.Popen([os.environ["TRICOIL_FRONT_END"], "--pace", "real", "--calibration", "coils.bin"], cwd=self.examples,
+                                      stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+            words = words.replace("{device}", "serial:" + device.stdout.readline().split()[-1])
+        try:
+            with open(stdout or os.devnull, "w", encoding="utf-8") as file:
+                return subprocess.run([self.program, *command.split(), *words.split()], cwd=self.examples, env=environment, stdout=file,
+                                      stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, timeout=120, check=False)
+        finally:
+            if device:
+                device.kill()
+                device.wait()
+                device.stdout.close()
+
+    def help_of(self, command):
+        return subprocess.run([self.program, *command.split(), "--help"], capture_output=True, text=True, check=True).stdout
+
+    def commands(self):
+        for name, _ in entries(self.help_of("")):
+            if not re.fullmatch(r"[a-z-]+", name) or name.startswith("-"):
+                continue
+            text = self.help_of(name)
+            names = [sub for sub, _ in entries(text) if re.fullmatch(r"[a-z][a-z-]+", sub)] if has_subcommands(text) else []
+            yield from [f"{name} {sub}" for sub in names] or [name]
+
+    def test_every_output_of_the_help_has_a_row(self):
+        commands = list(self.commands())
+        self.assertEqual(sorted(commands), sorted(ROWS))
+        for command in commands:
+            outputs = {STDOUT}
+            for entry, text in entries(self.help_of(command)):
+                option = re.match(r"--[a-z-]+", entry)
+                if option and option[0] not in INPUTS and (re.search(r" (FILE|FOLDER)$", entry) or STDOUT in text):
+                    outputs.add(option[0])
+            self.assertEqual(outputs, set(ROWS[command]), command)
+
+    def rows(self):
+        for command, outputs in ROWS.items():
+            for output, words in outputs.items():
+                if not isinstance(words, Elsewhere):
+                    yield command, output, words
+
+    def fresh(self):
+        """Path of an output that is not there."""
+        for path in self.folder.glob("output*"):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+        return self.folder / "output"
+
+    def test_a_full_disk_is_told(self):
+        for command, output, words in self.rows():
+            out = self.fresh()
+            is_stdout = output in (STDOUT, "--json-lines")
+            with self.subTest(command, output=output):
+                done = self.run_row(command, words.format(out=out, device="{device}"), "" if is_stdout else f"write:1:{ENOSPC}:{out}",
+                                    "/dev/full" if is_stdout else None)
+                self.assertIn(done.returncode, (2, 3), done.stderr)
+                self.assertRegex(done.stderr, r"(?m)^tricoil: .*(No space left on device|is the disk full\?)")
+                self.assertLessEqual(len(done.stderr.splitlines()), 1 if output not in ("--record", STDOUT) else 2, done.stderr)
+                if output != "--record":
+                    self.assertFalse([path for path in self.folder.glob("output*") if path.is_file()])
+
+    def test_a_slow_disk_changes_nothing(self):
+        for command, output, words in self.rows():
+            out = self.fresh()
+            with self.subTest(command, output=output):
+                is_stdout = output in (STDOUT, "--json-lines")
+                done = self.run_row(command, words.format(out=out, device="{device}"), f"delay:{DELAY_MS}:0:{out}", out if is_stdout else None)
+                self.assertIn(done.returncode, (0, 1) if command == "doctor" else (0,), done.stderr)  # doctor judges this machine
+                self.assertTrue([path for path in self.folder.glob("output*") if path.is_dir() or path.stat().st_size > 0])
+
+
+if __name__ == "__main__":
+    OutputTable.program, OutputTable.injection = (os.path.abspath(path) for path in sys.argv[1:3])
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)
