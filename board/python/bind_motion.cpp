@@ -1,14 +1,18 @@
 // The error model: the paper's examples, and the budget of one pose.
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "core/error_model/accumulated_error.hpp"
+#include "core/error_model/cartesian_error.hpp"
 #include "core/error_model/error_budget.hpp"
 #include "sim/paper/paper_simulation.hpp"
 
@@ -133,10 +137,28 @@ py::dict error_budget(const Vector& position_m, const Vector& velocity_m_s, cons
     return dict;
 }
 
+/// Errors (true minus measured) of the previous-measurement technique along a path, (19)-(37). path_m, result: (N, 3).
+Array accumulated_error(const Array& path_m, const std::string& kappa, const std::string& loop) {
+    const auto form = static_cast<error_model::KappaForm>(host::index_of_name("kappa", kappa, {"exact", "paper", "two"}));
+    const auto how = static_cast<error_model::Loop>(host::index_of_name("loop", loop, {"open", "closed"}));
+    Array result({path_m.shape(0), py::ssize_t{3}});
+    auto real = geometry::to_spherical(Vec3<double>(path_m.data()));
+    error_model::AccumulatedError<double> accumulated(form, how, real);
+    for (py::ssize_t n = 0; n < path_m.shape(0); ++n) {
+        auto now = geometry::to_spherical(Vec3<double>(path_m.data(n)));
+        now.azimuth_rad = real.azimuth_rad + std::remainder(now.azimuth_rad - real.azimuth_rad, 2 * std::numbers::pi);
+        const auto& e = accumulated.update(real = now);
+        const auto apart = error_model::cartesian_error(real, {e.range_m, e.azimuth_rad, e.elevation_rad});
+        std::copy_n(apart.data(), 3, result.mutable_data(n));
+    }
+    return result;
+}
+
 }  // namespace
 
 void add_motion(py::module_& module) {
     module.def("motion", motion);
+    module.def("accumulated_error", accumulated_error);
     module.def("error_budget", error_budget);
 }
 

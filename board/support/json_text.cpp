@@ -12,7 +12,7 @@
 namespace tricoil::host {
 namespace {
 
-const std::map<std::string_view, double> kPerSiUnit{{"mm", 1e3}, {"ms", 1e3}, {"ms^2", 1e6}, {"deg", kDegrees}, {"%", 100}};
+const std::map<std::string_view, double> kPerSiUnit{{"mm", 1e3}, {"deg", kDegrees}, {"%", 100}};
 
 /// A number that the format would show as zero has two digits instead.
 std::string number_text(const std::string& format, double value) {
