@@ -16,6 +16,7 @@ from ._flags import Flag
 from ._model import COUPLING_CONSTANT, couplings, solve
 from ._motion import error_budget, motion
 from ._pivot import pivot
+from ._poses import Poses, read_poses
 from ._run import Run, load, run
 from ._source import Pose, Source, open  # noqa: A004: named like its use, tricoil.open()
 from ._sweep import sweep
@@ -27,6 +28,7 @@ __all__ = [
     "Filter",
     "Flag",
     "Pose",
+    "Poses",
     "Run",
     "Source",
     "__version__",
@@ -39,6 +41,7 @@ __all__ = [
     "motion",
     "open",
     "pivot",
+    "read_poses",
     "run",
     "solve",
     "sweep",

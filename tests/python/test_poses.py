@@ -1,0 +1,233 @@
+"""Tables of poses of other systems: the same poses, however they are written."""
+
+import itertools
+import json
+import os
+import tempfile
+import unittest
+
+import numpy as np
+import tricoil
+from scipy.spatial.transform import Rotation
+
+COUNT = 25
+TIME_S = np.arange(COUNT) / 100
+POSITION_M = np.stack((0.3 + 0.1 * np.sin(TIME_S), 0.1 * TIME_S, 0.2 - TIME_S**2), axis=1)
+TURN = Rotation.from_rotvec(np.stack((0.4 + TIME_S, -TIME_S, 0.3 * np.cos(3 * TIME_S)), axis=1))
+XYZW = TURN.as_quat()
+WXYZ = XYZW[:, [3, 0, 1, 2]]
+
+
+class Poses(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = os.path.join(folder.name, "poses.csv")
+
+    def write(self, text, encoding="utf-8"):
+        with open(self.path, "w", encoding=encoding, newline="") as file:
+            file.write(text)
+
+    def table(self, columns, separator=",", end="\n", decimal="."):
+        """Text of a table; columns: name and values."""
+        lines = [separator.join(columns)]
+        for row in zip(*columns.values()):
+            lines.append(separator.join(one if isinstance(one, str) else f"{one:.9f}".replace(".", decimal) for one in row))
+        return end.join(lines) + end
+
+    def plain(self, **changed):
+        columns = {"time_s": TIME_S, "x_m": POSITION_M[:, 0], "y_m": POSITION_M[:, 1], "z_m": POSITION_M[:, 2],
+                   "qw": WXYZ[:, 0], "qx": WXYZ[:, 1], "qy": WXYZ[:, 2], "qz": WXYZ[:, 3]}
+        return {**columns, **changed}
+
+    def agree(self, time_s=TIME_S, attitude=True, **options):
+        poses = tricoil.read_poses(self.path, **options)
+        np.testing.assert_allclose(poses.time_s, time_s, atol=2e-6)
+        np.testing.assert_allclose(poses.position_m, POSITION_M, atol=2e-8)
+        if attitude:
+            turn = Rotation.from_quat(poses.quaternion_wxyz[:, [1, 2, 3, 0]])
+            self.assertLess((turn * TURN.inv()).magnitude().max(), 1e-6)
+        else:
+            self.assertIsNone(poses.quaternion_wxyz)
+        return poses
+
+    def refused(self, pattern, **options):
+        with self.assertRaisesRegex(ValueError, pattern):
+            tricoil.read_poses(self.path, **options)
+
+    def test_separators_line_ends_and_encodings(self):
+        for separator, end, encoding in itertools.product((",", ";", "\t", " "), ("\n", "\r\n"), ("utf-8", "utf-8-sig", "utf-16")):
+            with self.subTest(separator=separator, end=end, encoding=encoding):
+                self.write(self.table(self.plain(), separator, end), encoding)
+                self.agree()
+        for separator in ";\t":
+            self.write(self.table(self.plain(), separator, decimal=","))
+            self.agree()
+
+    def test_other_order_comments_quotes_and_empty_lines(self):
+        columns = self.plain()
+        text = self.table({name: columns[name] for name in reversed(columns)})
+        first, rest = text.split("\n", 1)
+        self.write("# recorded today\n\n" + ",".join(f'"{name}"' for name in first.split(",")) + "\n" + rest + "\n,,,,,,,\n\n")
+        self.agree()
+        self.write("% " + self.table(columns, " "))  # the names are a comment
+        self.agree()
+
+    def test_units_of_the_header_and_of_the_option(self):
+        for names, per_m in ((("x_mm", "y_mm", "z_mm"), 1e3), (("X (cm)", "Y (cm)", "Z (cm)"), 1e2), (("pos_x [in]", "pos_y [in]", "pos_z [in]"), 1 / 0.0254),
+                             (("position.x", "position.y", "position.z"), 1)):
+            columns = {"time_s": TIME_S, **dict(zip(names, per_m * POSITION_M.T))}
+            self.write(self.table(columns))
+            self.agree(attitude=False)
+        self.write(self.table({"time_s": TIME_S, **dict(zip("xyz", 1e3 * POSITION_M.T))}))
+        self.refused(r"m away; is the unit mm\? Give it with unit")
+        self.agree(attitude=False, unit="mm")
+
+    def test_wrong_unit_in_the_header_is_noticed(self):
+        self.write(self.table(self.plain(x_m=1e3 * POSITION_M[:, 0], y_m=1e3 * POSITION_M[:, 1], z_m=1e3 * POSITION_M[:, 2])))
+        self.refused("is the unit mm")
+        self.agree(unit="mm")
+
+    def test_rotations(self):
+        base = {"t_s": TIME_S, **dict(zip("xyz", POSITION_M.T))}
+        euler = TURN.as_euler("ZYX", degrees=True).T
+        vector = TURN.as_rotvec().T
+        matrix = {f"r{i + 1}{j + 1}": TURN.as_matrix()[:, i, j] for i in range(3) for j in range(3)}
+        homogeneous = {f"m{i}{j}": TURN.as_matrix()[:, i, j] for i in range(3) for j in range(3)}
+        for rotation, options in ((dict(zip(("azimuth", "elevation", "roll"), euler)), {}),
+                                  (dict(zip(("yaw_rad", "pitch_rad", "roll_rad"), np.radians(euler))), {}),
+                                  (dict(zip(("rotvec_x", "rotvec_y", "rotvec_z"), vector)), {}),
+                                  (dict(zip(("rx", "ry", "rz"), vector)), {"rotation": "rotvec"}),
+                                  (dict(zip(("rx_deg", "ry_deg", "rz_deg"), TURN.as_euler("xyz", degrees=True).T)), {"rotation": "xyz"}),
+                                  (dict(zip(("q1", "q2", "q3", "q4"), XYZW.T)), {"rotation": "xyzw"}),
+                                  (dict(zip(("q0", "q1", "q2", "q3"), WXYZ.T)), {}), (matrix, {}), (homogeneous, {})):
+            with self.subTest(columns=list(rotation)):
+                self.write(self.table({**base, **rotation}))
+                self.agree(**options)
+        self.write(self.table({**base, **dict(zip(("rx", "ry", "rz"), vector))}))
+        self.refused("say how they turn with rotation")
+        self.write(self.table({**base, **dict(zip(("q1", "q2", "q3", "q4"), XYZW.T))}))
+        self.refused("give their order with rotation wxyz or xyzw")
+
+    def test_times(self):
+        unix = 1764283200.25
+        iso = [f"2025-11-27T22:40:{0.25 + t:09.6f}Z" for t in TIME_S]
+        for column, options, start in (({"time_us": [f"{1e6 * t:.0f}" for t in TIME_S]}, {}, 0), ({"time (ms)": 1e3 * TIME_S}, {}, 0),
+                                       ({"frame": [str(n) for n in range(COUNT)]}, {"rate_hz": 100}, 0), ({"timestamp": unix + TIME_S}, {}, unix),
+                                       ({"stamp_ns": [f"{int(unix * 1e9) + 10_000_000 * n}" for n in range(COUNT)]}, {}, None),
+                                       ({"time_ns": [f"{int(unix * 1e9) + 10_000_000 * n}" for n in range(COUNT)]}, {}, unix),
+                                       ({"time": iso}, {}, 1764283200.25), ({}, {"rate_hz": 100}, 0)):
+            with self.subTest(column=list(column), options=options):
+                columns = self.plain()
+                del columns["time_s"]
+                self.write(self.table({**column, **columns}))
+                if start is None:
+                    self.refused("has no column of time")
+                else:
+                    self.agree(start + TIME_S, **options)
+        columns = {"time": 1e3 * TIME_S * 10, **self.plain()}
+        del columns["time_s"]
+        self.write(self.table(columns))
+        self.refused("column time has no unit, and its steps of 100 are no seconds; give time_unit")
+
+    def test_several_sensors(self):
+        columns = self.plain()
+        twice = {name: np.repeat(values, 2) for name, values in columns.items()}
+        twice["x_m"][1::2] += 1
+        self.write(self.table({"sensor": ["0", "1"] * COUNT, **twice}))
+        self.refused("has the sensors 0, 1; choose one with sensor")
+        self.refused("has no sensor 3; it has 0, 1", sensor=3)
+        self.agree(sensor=0)
+
+    def test_rows_twice_invalid_and_empty(self):
+        again = self.table(self.plain()).splitlines()
+        self.write("\n".join([*again[:5], again[4], *again[5:]]))
+        self.assertIn("1 rows are there twice; taken once", self.agree().notes)
+        self.write("\n".join([again[0] + ",valid", *(line + ",1" for line in again[1:4]), "0.025,9,9,9,1,0,0,0,0", *(line + ",1" for line in again[4:])]))
+        self.assertIn("1 rows without a valid pose are left out", self.agree().notes)
+        self.write("\n".join([*again[:4], "0.025,,,,,,,", *again[4:]]))
+        self.agree()
+
+    def test_bad_rows_have_line_and_column(self):
+        lines = self.table(self.plain()).splitlines()
+        for row, pattern in (("0.025,abc,0,0,1,0,0,0", "poses.csv:5: 'abc' in column x_m is not a number"),
+                             ("0.025,0,0,0,1,0,0", "poses.csv:5: 7 fields; the header has 8"),
+                             ("0.025,nan,0,0,1,0,0,0", "poses.csv:5: the position is not finite"),
+                             ("0.025,0,0,0,1,1,0,0", r"poses.csv:5: quaternion has length 1\.414, not 1"),
+                             ("0.005,0,0,0,1,0,0,0", "poses.csv:5: time does not increase")):
+            self.write("\n".join([*lines[:4], row, *lines[4:]]))
+            self.refused(pattern)
+        self.write("\n".join(lines[1:]))
+        self.refused("no line of names above them; give columns")
+        self.write(lines[0])
+        self.refused("has no poses")
+
+    def test_wrapped_clock_and_reflection(self):
+        time_us = (np.arange(COUNT) * 10_000 + 2**32 - 50_000) % 2**32
+        self.write(self.table({"time_us": [str(t) for t in time_us], **{k: v for k, v in self.plain().items() if k != "time_s"}}))
+        self.refused("a 32-bit counter started again")
+        reflected = TURN.as_matrix() * np.array([1, 1, -1])
+        self.write(self.table({"time_s": TIME_S, **dict(zip("xyz", POSITION_M.T)),
+                               **{f"r{i + 1}{j + 1}": reflected[:, i, j] for i in range(3) for j in range(3)}}))
+        self.refused("these data are left-handed")
+
+    def test_json_lines(self):
+        rows = [{"sensor": 0, "time_us": round(1e6 * t), "valid": True, "position_m": list(p), "q_wxyz": list(q)} for t, p, q in zip(TIME_S, POSITION_M, WXYZ)]
+        self.write("\n".join(map(json.dumps, rows)) + '\n{"sensor": 0, "time_us": 999999, "valid": false}\n')
+        self.agree()
+
+    def test_polhemus_export_without_names(self):
+        euler = TURN.as_euler("ZYX", degrees=True)
+        self.write("".join(f"01 {p[0]:11.7f} {p[1]:11.7f} {p[2]:11.7f} {e[0]:11.7f} {e[1]:11.7f} {e[2]:11.7f}\n" for p, e in zip(POSITION_M / 0.0254, euler)))
+        self.agree(columns="polhemus", unit="in", rate_hz=100)
+
+    def test_motive(self):
+        head = ["Format Version,1.23,Take Name,a,Capture Frame Rate,100.0,Rotation Type,Quaternion,Length Units,Millimeters,Coordinate Space,Global", "",
+                ",Type" + ",Rigid Body" * 7 + ",Marker" * 3, ",Name" + ",wand" * 7 + ",wand:1" * 3, ",ID" + ",1" * 10,
+                ",," + "Rotation," * 4 + "Position," * 3 + "Position,Position,Position", "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,X,Y,Z"]
+        rows = [",".join([str(n), f"{t:.6f}", *(f"{v:.9f}" for v in (*q, *(1e3 * p), *(1e3 * p)))]) for n, (t, p, q) in enumerate(zip(TIME_S, POSITION_M, XYZW))]
+        self.write("\n".join(head + rows))
+        self.agree()
+        self.agree(sensor="wand:1", attitude=False)
+        self.refused("has no pen; it has wand", sensor="pen")
+
+    def test_ndi(self):
+        lines = ["Tools,Port 1,Frame,Face,State,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error"]
+        for n, (p, q) in enumerate(zip(POSITION_M, WXYZ)):
+            lines.append(f"1,Tool,{n},0,OK," + ",".join(f"{v:.9f}" for v in (*q, *(1e3 * p))) + ",0.1")
+        lines.insert(4, "1,Tool,2,0,Missing,,,,,,,,")
+        self.write("\n".join(lines))
+        self.agree(rate_hz=100)
+
+    def test_plus_toolkit(self):
+        lines = ["ObjectType = Image", "NDims = 3"]
+        for n, (t, p, m) in enumerate(zip(TIME_S, POSITION_M, TURN.as_matrix())):
+            rows = np.eye(4)
+            rows[:3, :3], rows[:3, 3] = m, 1e3 * p
+            lines += [f"Seq_Frame{n:04}_StylusToTrackerTransform = " + " ".join(f"{v:.9f}" for v in rows.ravel()),
+                      f"Seq_Frame{n:04}_StylusToTrackerTransformStatus = OK", f"Seq_Frame{n:04}_Timestamp = {t:.6f}"]
+        self.write("\n".join([*lines, "ElementDataFile = LOCAL", "\0\1"]))
+        self.agree()
+
+    def test_blocks_of_four_lines(self):
+        text = ""
+        for p, m in zip(POSITION_M, TURN.as_matrix()):
+            text += "\n".join(" ".join(f"{v:.9f}" for v in (*m[i], p[i])) for i in range(3)) + "\n0 0 0 1\n\n"
+        self.write(text)
+        self.agree(rate_hz=100)
+
+    def test_own_files(self):
+        take = os.path.join(os.path.dirname(self.path), "take")
+        tricoil.run("hand", duration_s=0.5, record=take, fidelity="columns")
+        recorded = tricoil.load(take)
+        recorded = recorded[recorded["valid"]]
+        for kind in ("csv", "jsonl"):
+            tricoil.command("convert", take, to=kind, out=self.path)
+            poses = tricoil.read_poses(self.path)
+            np.testing.assert_allclose(poses.position_m, recorded["position_m"], atol=1e-6)
+            np.testing.assert_allclose(poses.quaternion_wxyz, recorded["quaternion_wxyz"], atol=1e-6)
+            os.remove(self.path)
+
+
+if __name__ == "__main__":
+    unittest.main()
