@@ -64,11 +64,12 @@ def errors_m(case, poses=None):
     return (position_m - case.truth)[case.inside]
 
 
-def deskewed_rms_m(case, motion="hand", is_file=False):
-    """RMS error of the direct tracker that deskews its columns, at the poses of the case that both have."""
+def deskewed_rms_m(case, corrected, motion="hand", is_file=False):
+    """RMS errors of the direct tracker that deskews its columns, and of the corrected poses, where the tracker says that its pose is valid."""
     run = naive_run(motion, is_file, True, "direct", True)
     both = case.inside & run.poses["valid"][case.rows]
-    return rms((towards(run.poses["position_m"][case.rows], case.truth) - case.truth)[both])
+    deskewed_m = towards(run.poses["position_m"][case.rows], case.truth)
+    return tuple(rms((position_m - case.truth)[both]) for position_m in (deskewed_m, corrected.position_m))
 
 
 def smoothed_rms_m(case):

@@ -47,7 +47,8 @@ class Correction(unittest.TestCase):
                 case = simulated(step=step)
                 result = tricoil.motion_error(case.poses, "tdm:3/720")
                 corrected, smoothed = (rms(errors_m(case, one)) for one in (result.corrected, result.smoothed))
-                self.assertLess(corrected, deskewed_rms_m(case))
+                deskewed, at_deskewed = deskewed_rms_m(case, result.corrected)
+                self.assertLess(at_deskewed, deskewed)
                 self.assertLess(smoothed, 1.5 * smoothed_rms_m(case))
                 self.assertLess(corrected, 1.02 * rms(errors_m(case)))
                 for one, error in ((result.corrected, corrected), (result.smoothed, smoothed)):

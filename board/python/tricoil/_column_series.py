@@ -10,6 +10,7 @@ DIFFERENCE = 8  # order of the differences that separate noise from motion; belo
 DIFFERENCE_FACTOR = 12870  # variance of an eighth difference of white noise: binomial(16, 8)
 SEEN = 6 / 9  # share of the noise of nine couplings that a pose of six numbers shows
 FIT_STEPS = 8
+NOISE_TERMS = 4
 OUTLYING = 16.0  # limit of squares over their expectation
 
 
@@ -54,16 +55,22 @@ def series_of(column_time_s: NDArray, matrices: NDArray, slot_s: float) -> list[
 def column_deviation(series: list[ColumnSeries]) -> list[NDArray]:
     """Standard deviation of the couplings of each series at its times: constant noise, and noise that grows with their rate as by jitter of the time.
 
-    Both parts are fitted to the high differences by weighted least squares.
+    These parts, and powers of the second that cover what the differences leave of fast motion, are fitted to the high differences by weighted
+    least squares.
     """
     from scipy.optimize import nnls
 
     _, squares, rates = np.hstack([one.noise() for one in series])
-    terms = np.stack((np.ones_like(rates), rates / max(float(np.mean(rates)), 1e-300)), axis=1)
+    scale = max(float(np.median(rates)), 1e-300)
+
+    def terms_of(squared_rate):
+        return (squared_rate[:, None] / scale) ** np.arange(NOISE_TERMS)
+
+    terms = terms_of(rates)
     expected = np.full(len(squares), float(np.median(squares)))
     for _ in range(FIT_STEPS):
         expected = np.maximum(expected, 1e-6 * float(np.max(expected)))
         limited = np.minimum(squares, OUTLYING * expected)
         parts, _ = nnls(terms / expected[:, None], limited / expected)
         expected = terms @ parts
-    return [np.sqrt(parts[0] + parts[1] * one.squared_rate() / max(float(np.mean(rates)), 1e-300)) for one in series]
+    return [np.sqrt(terms_of(one.squared_rate()) @ parts) for one in series]

@@ -21,12 +21,6 @@ def direct(x: NDArray, near: NDArray):
     return position, rows["quaternion_wxyz"].copy()
 
 
-def unit_covariance(position_m: NDArray, quaternion_wxyz: NDArray) -> NDArray:
-    """Covariance of maximum-likelihood poses for couplings with a standard deviation of one, shape (N, 6, 6)."""
-    rows = _tricoil.solve(matrices((position_m, quaternion_wxyz)), np.ones(len(position_m)), COUPLING_CONSTANT, np.array([1.0, 0.0, 0.0]), None)
-    return rows["covariance"]
-
-
 class FrameSolver:
     """A tracker with a given timing, for the poses that it gave.
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from . import _tricoil
 from ._column_series import column_deviation, series_of
-from ._frame_solver import FrameSolver, direct, matrices, unit_covariance
+from ._frame_solver import FrameSolver, direct, matrices
 from ._model import COUPLING_CONSTANT
 from ._pose_path import Curve, PosePath, difference
 from ._poses import PoseError, Poses
@@ -18,7 +18,8 @@ GAP = 1.5  # of the median interval
 PASSES = 3  # path -> measured columns -> path; without noise each divides the error by ten or more
 GRID = 45  # poses of a stretch on which the weights of the splines are computed; they decay by a factor of two each pose
 SIGMA_FLOOR = 1e-7  # of the median coupling: time stamps have a resolution of 1 us
-SMOOTHER_MISFIT = 4.0  # square of what the smoothed path does not explain over its expectation, exceeded by one pose of twenty, above which it is not used
+SMOOTHER_MISFIT = 3.0  # mean over MISFIT_POSES poses above which the smoothed path is not used
+MISFIT_POSES = 11
 CAUSES = ("skew", "blur", "linearization", "latency")
 MOST_FOR_PHASE = 2000  # poses
 RATE_FACTOR = 2.0  # variance of a rate from two poses, without smoother
@@ -100,8 +101,7 @@ def _by_pose(pose):
 def _covariance(pose, sigma, products):
     """Covariance of poses from columns whose noise lies in the six visible directions, moved by the splines; (N, 6, 6)."""
     by_pose = _by_pose(pose)
-    unit = unit_covariance(*pose)
-    gain = unit @ by_pose.transpose(0, 2, 1)  # of the solver: (6, 9)
+    gain = np.linalg.pinv(by_pose)  # of the maximum-likelihood solver: (6, 9)
     visible = by_pose @ gain
     each = [gain.reshape(-1, 6, 3, 3)[:, :, :, coil] @ visible.reshape(-1, 3, 3, 9)[:, :, coil] for coil in range(COLUMNS)]
     total = sum(products[:, j, k, None, None] * (each[j] @ each[k].transpose(0, 2, 1)) for j in range(COLUMNS) for k in range(COLUMNS))
@@ -145,7 +145,7 @@ class _Stretch:
         for _ in range(PASSES if self.timing.is_sequential else 1):
             rows = self.smoothed_rows()
             path = PosePath(rows["time_s"], rows["position_m"], rows["quaternion_wxyz"])
-            if not self.explains(path):
+            if np.median(self.misfit(path)) > SMOOTHER_MISFIT:
                 break
             self.rows, self.path = rows, path
             self.take_columns()
@@ -180,11 +180,10 @@ class _Stretch:
         """Squared difference of the couplings of the given poses and of those that the tracker would make along this path, (N,)."""
         return np.sum((matrices(self.given) - matrices(self.solver.solved(self.solver.measured(path), path))) ** 2, axis=(1, 2))
 
-    def explains(self, path):
-        """True if the poses that the tracker would make along this path differ from the given ones by their noise only."""
-        left = self.unexplained(path)
+    def misfit(self, path):
+        """Mean of unexplained() over its expectation, over MISFIT_POSES poses, (N,)."""
         variance = np.interp(self.time_s, self.series[0].time_s, self.deviation[0] ** 2)
-        return np.percentile(left / (6 * variance), 95) < SMOOTHER_MISFIT
+        return np.convolve(self.unexplained(path) / (6 * variance), np.full(MISFIT_POSES, 1 / MISFIT_POSES), "same")
 
     def causes(self):
         """Errors of the given poses by cause, true minus given."""
@@ -217,7 +216,7 @@ class _Stretch:
         nearest = np.clip(np.searchsorted(self.rows["time_s"], self.time_s - 1e-6), 0, len(self.rows) - 1)
         rows = self.rows[nearest]
         variance = np.trace(rows["covariance"][:, :3, :3], axis1=1, axis2=2)
-        used = rows["valid"] & (variance < np.trace(covariance[:, :3, :3], axis1=1, axis2=2))
+        used = rows["valid"] & (variance < np.trace(covariance[:, :3, :3], axis1=1, axis2=2)) & (self.misfit(self.path) < SMOOTHER_MISFIT)
         covariance[used], rate_covariance[used] = rows["covariance"][used], rows["rate_covariance"][used]
         for part, corrected in zip(pose, self.corrected):
             part[~used] = corrected[~used]
