@@ -1,13 +1,18 @@
 // The error model: the paper's examples, and systematic errors of poses.
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "core/error_model/accumulated_error.hpp"
+#include "core/error_model/cartesian_error.hpp"
 #include "core/error_model/error_budget.hpp"
 #include "sim/paper/paper_simulation.hpp"
 
@@ -92,10 +97,29 @@ Array systematic_errors(const Array& motion, const Array& column_age_s, double u
     return result;
 }
 
+/// Errors (true minus measured) of the previous-measurement technique along a path, (19)-(37). path_m, result: (N, 3).
+Array accumulated_error(const Array& path_m, const std::string& kappa, const std::string& loop) {
+    const auto form = static_cast<error_model::KappaForm>(host::index_of_name("kappa", kappa, {"exact", "paper", "two"}));
+    const auto how = static_cast<error_model::Loop>(host::index_of_name("loop", loop, {"open", "closed"}));
+    Array result({path_m.shape(0), py::ssize_t{3}});
+    auto real = geometry::to_spherical(Vec3<double>(path_m.data()));
+    error_model::AccumulatedError<double> accumulated(form, how, real);
+    for (py::ssize_t n = 0; n < path_m.shape(0); ++n) {
+        const auto now = geometry::to_spherical(Vec3<double>(path_m.data(n)));
+        const double turns = std::round((real.azimuth_rad - now.azimuth_rad) / (2 * std::numbers::pi));
+        real = {now.range_m, now.azimuth_rad + 2 * std::numbers::pi * turns, now.elevation_rad};
+        const auto& error = accumulated.update(real);
+        const Vec3<double> apart = error_model::cartesian_error(real, {error.range_m, error.azimuth_rad, error.elevation_rad});
+        std::copy_n(apart.data(), 3, result.mutable_data(n));
+    }
+    return result;
+}
+
 }  // namespace
 
 void add_motion(py::module_& module) {
     module.def("motion", motion);
+    module.def("accumulated_error", accumulated_error);
     module.def("systematic_errors", systematic_errors);
 }
 

@@ -28,7 +28,7 @@ endmacro()
 set(about "tricoil computes the position and attitude of a sensor from the couplings\nof three source coils and three sensor coils that carry alternating\ncurrents of 7 to 14 kHz.")
 tricoil_debian_package(Unspecified tricoil science "AC electromagnetic tracker: programs"
   "${about}\n.\nThis package contains the program tricoil (simulation, devices on CAN FD, USB\nand serial lines, calibration, servers for FASTRAK and OpenIGTLink clients,\nlive page), a simulated front end, device rules and a service.")
-set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_RECOMMENDS "python3-matplotlib")
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_RECOMMENDS "python3-matplotlib, python3-tricoil")
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_SOURCE_DIR}/postinst ${CMAKE_CURRENT_SOURCE_DIR}/postrm)
 
 set(library_package libtricoil${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
@@ -46,6 +46,7 @@ if(TARGET tricoil_python)
   tricoil_debian_package(python python3-tricoil python "AC electromagnetic tracker: Python package"
     "${about}\n.\nThis package gives poses of devices, simulations and recordings, the forward\nmodel, the solver and the error model as NumPy arrays.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${python}${Python3_VERSION_MINOR}), python3 (<< ${python}${next_minor}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-scipy")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib, python3-distributed, jupyter-notebook")
 endif()
 include(CPack)

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
-#include <optional>
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/calibration/converter_errors.hpp"
@@ -12,7 +12,6 @@
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/commands.hpp"
-#include "board/host/commands/evaluate_dynamic.hpp"
 #include "board/host/figures/draw.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
@@ -33,8 +32,6 @@ struct EvaluateCommand {
     std::string out;
     std::string stage_from;  // calibration file whose errors of the stage are used; empty: those of `calibration`
     bool refit_fixtures = false;
-    bool dynamic = false;
-    std::optional<double> time_offset_s;
     bool json = false;
 };
 
@@ -125,14 +122,29 @@ std::string evaluation_text(const Json& r) {
                        "{repeats_with_attitude_m in mm:.3f} mm, other {rough_m in mm:.3f} mm (RMS)\n");
 }
 
-/// Selects the kind of evaluation and checks its options.
-void check_options(const EvaluateCommand& command) {
-    refuse_if(command.dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures),
-              "--dynamic takes two files, TRUTH.csv and POSES.csv, and no calibration");
-    refuse_if(!command.dynamic && command.calibration.empty(),
+// Options of evaluate --dynamic, which Python reads.
+constexpr std::array<std::array<const char*, 2>, 8> kDynamicOptions{{
+    {"--time-offset", "reference time minus tracker time, s: the search starts there"},
+    {"--sensor", "number or name of the sensor in POSES"},
+    {"--reference-sensor", "number or name of the body in TRUTH"},
+    {"--unit", "of positions: m, cm, mm or in; TRUTH,POSES if they differ"},
+    {"--time-unit", "of times: s, ms, us or ns; TRUTH,POSES if they differ"},
+    {"--rate-hz", "of a file with frame numbers, or without time; TRUTH,POSES if they differ"},
+    {"--rotation", "of three angles: polhemus, rotvec, ZYX; of q1 to q4: wxyz, xyzw; TRUTH,POSES if they differ"},
+    {"--columns", "names of the columns of POSES if it has none: sensor,x,y,z,azimuth,elevation,roll, or polhemus"},
+}};
+
+/// Checks the options of both kinds of evaluation.
+void check_options(const EvaluateCommand& command, const CLI::App& sub, bool is_dynamic) {
+    refuse_if(is_dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures),
+              "--dynamic takes two files, TRUTH and POSES, and no calibration");
+    refuse_if(!is_dynamic && command.calibration.empty(),
               "--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)");
-    refuse_if(command.dynamic && !command.stage_from.empty(), "--stage-from: not with --dynamic");
-    refuse_if(!command.dynamic && command.time_offset_s, "--time-offset requires --dynamic");
+    refuse_if(is_dynamic && !command.stage_from.empty(), "--stage-from: not with --dynamic");
+    for (const auto& [name, text] : kDynamicOptions) {
+        refuse_if(!is_dynamic && sub.count(name) > 0, "{} requires --dynamic", name);
+    }
+    refuse_if(!is_dynamic && sub.count("--same-clock") > 0, "--same-clock requires --dynamic");
 }
 
 /// Sets the errors of the stage that the evaluation removes. Returns their origin.
@@ -150,10 +162,6 @@ std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile&
 }
 
 int evaluate_command(const EvaluateCommand& command) {
-    check_options(command);
-    if (command.dynamic) {
-        return evaluate_dynamic({command.data, command.time_offset_s, command.out, command.json});
-    }
     const auto solver = static_cast<EvaluationSolver>(index_of_name("solver", command.solver, kSolvers));
     CalibrationFile calibration = read_calibration(command.calibration);
     refuse_if(solver == EvaluationSolver::direct && !calibration.surroundings.empty(),
@@ -194,7 +202,7 @@ int evaluate_command(const EvaluateCommand& command) {
 void add_evaluate_command(CLI::App* sub, Action& action) {
     auto c = std::make_shared<EvaluateCommand>();
     sub->add_option("--calibration", c->calibration, "TOML file of tricoil calibrate")->type_name(kFileType);
-    sub->add_option("data", c->data, "Couplings at stage poses: ILEMT text or CSV; with --dynamic TRUTH.csv POSES.csv")
+    sub->add_option("data", c->data, "Couplings at stage poses: ILEMT text or CSV; with --dynamic TRUTH POSES")
         ->required()
         ->type_name(kFileType);
     one_of(sub->add_option("--solver", c->solver, "Closed form (direct), or Gauss-Newton with all coil parameters (refined)"),
@@ -206,15 +214,24 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
         "without its stray field"));
     sub->add_flag("--refit-fixtures", c->refit_fixtures,
                   "Fit the fixtures to these data, and the scale of a free-motion calibration (stated in the output)");
-    sub->add_flag("--dynamic", c->dynamic, "Compare a recorded pose stream with a reference: clock, frames, error due to motion");
-    sub->add_option("--time-offset", c->time_offset_s,
-                    "--dynamic: reference time minus tracker time, s; the lag is then estimated");
+    sub->add_flag("--dynamic")
+        ->description("Compare recorded poses of any tracker with a reference: motion errors, measured and predicted");
+    sub->add_flag("--same-clock")->description("--dynamic: --time-offset (default 0) is exact: the latency is measured");
+    for (const auto& [name, text] : kDynamicOptions) {
+        sub->add_option(name)->description("--dynamic: " + std::string(text))->type_name("TEXT");
+    }
     sub->add_option("--out", c->out, "Folder for the errors as CSV and picture")->type_name(kFolderType);
     sub->add_flag("--json", c->json, "Result as JSON");
     set_examples(
         sub, {{"poses that were not used for the calibration", "tricoil evaluate --calibration cal.toml --out errors test/*.dat"},
               {"a recorded pose stream against a reference", "tricoil evaluate --dynamic truth.csv poses.csv"}});
-    sub->callback([c, &action] { action = [c] { return evaluate_command(*c); }; });
+    sub->callback([c, sub, &action] {
+        action = [c, sub] {
+            const bool is_dynamic = sub->count("--dynamic") > 0;
+            check_options(*c, *sub, is_dynamic);
+            return is_dynamic ? continue_in_python(*sub) : evaluate_command(*c);
+        };
+    });
 }
 
 }  // namespace tricoil::host

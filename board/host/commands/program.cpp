@@ -48,6 +48,8 @@ constexpr const char* kServe = "tricoil-serve";
 constexpr const char* kCalibration = "tricoil-calibration";
 constexpr const char* kTools = "tricoil-tools";
 
+constexpr const char* kPython = "/usr/bin/python3";  // for which the package is built
+
 // In the order of the help.
 constexpr ListedCommand kCommands[] = {
     {"Track", "run", "Track a simulated sensor (poses are compared with the truth) or a real device"},
@@ -112,21 +114,32 @@ std::vector<std::string> take_verbosity(std::vector<std::string> words) {
     return words;
 }
 
-/// Does not return, unless it throws.
-int continue_as(const char* executable, const char* user, const std::vector<std::string>& arguments,
-                const ProgramIdentity& identity) {
+/// A file of ../libexec/tricoil from the folder of this executable.
+std::filesystem::path part(const char* name, const std::string& user) {
     std::error_code failure;
     const auto own = std::filesystem::read_symlink("/proc/self/exe", failure);
     if (failure) {
-        throw DeviceError(std::string(user) + ": cannot find the folder of this program: mount /proc");
+        throw DeviceError(user + ": cannot find the folder of this program: mount /proc");
     }
-    const auto path = (own.parent_path() / "../libexec/tricoil" / executable).lexically_normal();
-    std::vector<char*> words{const_cast<char*>(identity.typed_name.c_str())};
+    return (own.parent_path() / (own.parent_path().filename() == "tricoil" ? "." : "../libexec/tricoil") / name)
+        .lexically_normal();
+}
+
+/// Returns only if it fails.
+void execute(const std::filesystem::path& path, const std::string& typed_name, const std::vector<std::string>& arguments) {
+    std::vector<char*> words{const_cast<char*>(typed_name.c_str())};
     for (const std::string& argument : arguments) {
         words.push_back(const_cast<char*>(argument.c_str()));
     }
     words.push_back(nullptr);
     ::execv(path.c_str(), words.data());
+}
+
+/// Does not return, unless it throws.
+int continue_as(const char* executable, const char* user, const std::vector<std::string>& arguments,
+                const ProgramIdentity& identity) {
+    const auto path = part(executable, user);
+    execute(path, identity.typed_name, arguments);
     throw DeviceError(errno == ENOENT
                           ? fmt::format("{}: {} is not built or not installed; build all of tricoil with cmake --build, "
                                         "or install the package tricoil again",
@@ -135,6 +148,22 @@ int continue_as(const char* executable, const char* user, const std::vector<std:
 }
 
 }  // namespace
+
+int continue_in_python(const CLI::App& command) {
+    std::vector<std::string> words{"-I", part("_program.py", command.get_name()), command.get_name()};
+    for (const CLI::Option* const option : options_of(command)) {
+        if (option->count() > 0) {
+            words.push_back("--" + option->get_lnames().front() + (is_flag(*option) ? "" : "=" + option->results().back()));
+        }
+    }
+    words.emplace_back("--");
+    for (const CLI::Option* const argument : arguments_of(command)) {
+        words.insert(words.end(), argument->results().begin(), argument->results().end());
+    }
+    execute(kPython, kPython, words);
+    throw InputError(command.get_name() +
+                     ": needs Python: install the packages python3-tricoil, python3-numpy and python3-scipy");
+}
 
 int run_program(const std::vector<std::string>& arguments, std::span<const OwnCommand> own, const ProgramIdentity& identity) {
     if (const ListedCommand* const named = named_command(arguments); named != nullptr && find_own(own, named->name) == nullptr) {

@@ -12,6 +12,7 @@ source frame. Couplings X[i, j] are the output of sensor coil i while source coi
 """
 
 from ._command import calibrate, command, evaluate
+from ._dynamic import verify
 from ._flags import Flag
 from ._model import COUPLING_CONSTANT, couplings, solve
 from ._motion import error_budget, motion
@@ -53,4 +54,5 @@ __all__ = [
     "run",
     "solve",
     "sweep",
+    "verify",
 ]

@@ -40,6 +40,8 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     """
     if "help" in options:
         raise ValueError(f"help: see `tricoil {name} --help`")
+    if name == "evaluate" and options.get("dynamic"):
+        return evaluate(arguments, **options)
     words = [*name.split(), *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
     try:
         _, text = _tricoil.command(words if arguments else words[:-1])
@@ -60,9 +62,19 @@ def calibrate(files: Sequence[str | os.PathLike], out: str | os.PathLike, kind: 
     return command(f"calibrate {kind}", *files, out=os.fspath(out), **options)
 
 
-def evaluate(files: Sequence[str | os.PathLike], calibration: str | os.PathLike, **options: Any) -> dict:
-    """Pose errors of a calibrated tracker against ground truth: the result of `tricoil evaluate`.
+def evaluate(files: Sequence[str | os.PathLike], calibration: str | os.PathLike | None = None, *, dynamic: bool = False, **options: Any) -> dict:
+    """Pose errors of a tracker against ground truth: the result of `tricoil evaluate`.
 
-    files: couplings at stage poses. options: those of `tricoil evaluate`, for example refit_fixtures=True or dynamic=True.
+    files: couplings at stage poses, for the tracker of `calibration`, with the options of `tricoil evaluate`, for example refit_fixtures=True;
+    with dynamic=True recorded poses: (reference, tracker), with the options of `tricoil evaluate --dynamic`, see verify().
     """
-    return command("evaluate", *files, calibration=os.fspath(calibration), **options)
+    if not dynamic:
+        return command("evaluate", *files, calibration=os.fspath(calibration) if calibration is not None else None, **options)
+    if calibration is not None:
+        raise ValueError("dynamic takes two files, the reference and the poses, and no calibration")
+    from . import _dynamic
+
+    try:
+        return _dynamic.evaluate(files, **options)
+    except _dynamic.PoseError as error:
+        raise ValueError(own_names(str(error))) from None

@@ -230,14 +230,30 @@ def error_vectors():
     return figure
 
 
+def bins(values, by, count=14):
+    """Places, medians and quartiles of values in bins of equally many poses."""
+    order = np.array_split(np.argsort(by, kind="stable"), min(count, max(1, len(by) // 20)))
+    return np.array([(np.mean(by[part]), *np.percentile(values[part], (50, 25, 75))) for part in order]).T
+
+
 def dynamic_errors():
-    """Errors of a moving sensor against speed and acceleration."""
-    figure, axes = grid(3, 1, 640, 260)
-    for one, kind, unit, by, name in ((axes[0], "Position", "mm", "Speed (m/s)", "speed_m_s"),
-                                      (axes[1], "Position", "mm", "Acceleration (m/s²)", "acceleration_m_s2"),
-                                      (axes[2], "Orientation", "deg", "Speed (m/s)", "speed_m_s")):
-        panel(one, f"{kind} error against {by.split()[0].lower()}", by, f"Error ({unit})",
-              [line("dynamic_errors.csv", name, f"{kind.lower()}_error_{unit}", **DOTS, ms=1.8)])
+    """Measured and predicted errors of a moving sensor: medians with quartiles, and what the prediction leaves."""
+    file = "dynamic_errors.csv"
+    used = column(file, "outlier") == 0
+    figure, axes = grid(4, 2, 560, 300)
+    for one, (name, by) in zip(axes, (("speed_m_s", "Speed (m/s)"), ("angular_rate_rad_s", "Angular rate (rad/s)"), ("range_m", "Distance from the source (m)"))):
+        for values, label, color in (("position_error_mm", "measured", RED), ("predicted_error_mm", "predicted", BLUE), ("left_mm", "left", GREEN)):
+            x, middle, low, high = bins(column(file, values)[used], column(file, name)[used])
+            one.fill_between(x, low, high, color=color, alpha=0.2, lw=0)
+            one.plot(x, middle, color=color, label=label, lw=1.1, marker="o", ms=2.5)
+        panel(one, f"Position error against {by.split(' (')[0].lower()}", by, "Error (mm)")
+    measured = np.concatenate([column(file, f"measured_{axis}_mm")[used] for axis in "xyz"])
+    predicted = np.concatenate([column(file, f"predicted_{axis}_mm")[used] for axis in "xyz"])
+    x, middle, low, high = bins(measured, predicted)
+    axes[3].fill_between(x, low, high, color=RED, alpha=0.2, lw=0)
+    axes[3].plot(x, middle, color=RED, label="measured", lw=1.1, marker="o", ms=2.5)
+    axes[3].plot(x, x, color="black", label="equal", lw=0.8)
+    panel(axes[3], "Components: measured against predicted", "Predicted (mm)", "Measured (mm)")
     return figure
 
 

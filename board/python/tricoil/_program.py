@@ -1,0 +1,76 @@
+"""Runs a command of the program `tricoil` in Python. The program starts it from libexec/tricoil, with /usr/bin/python3 -I:
+
+_program.py COMMAND --OPTION=VALUE... -- FILE...
+
+The program has checked the names of the options. The package is that of the same installation or build folder, or the system's.
+"""
+
+import importlib.util
+import json
+import os
+import sys
+
+
+def refuse(message, code=2):
+    print(f"tricoil: {message}", file=sys.stderr)
+    sys.exit(code)
+
+
+def words_of(arguments):
+    """Options by name, with _ for -, and files."""
+    end = arguments.index("--")
+    options = {}
+    for word in arguments[:end]:
+        name, has_value, value = word[2:].partition("=")
+        options[name.replace("-", "_")] = value if has_value else True
+    return options, arguments[end + 1:]
+
+
+def find_package():
+    """Puts the package of this installation or build folder first; -I has left the user's folders out."""
+    prefix = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    for folder in ("lib/python3/dist-packages", "board/python"):
+        if os.path.isfile(os.path.join(prefix, folder, "tricoil", "_dynamic.py")):
+            sys.path.insert(0, os.path.join(prefix, folder))
+            return
+
+
+def evaluate(options, files):
+    from tricoil import _dynamic
+
+    as_json = options.pop("json", False)
+    options.pop("dynamic", None)
+    options.pop("solver", None)
+    result = _dynamic.evaluate(files, **options)
+    sys.stdout.write(json.dumps(result, indent=2, allow_nan=False) + "\n" if as_json else _dynamic.text(result))
+    sys.stdout.flush()
+
+
+COMMANDS = {"evaluate": evaluate}
+
+
+def main():
+    name = sys.argv[1]
+    for module in ("numpy", "scipy"):
+        if importlib.util.find_spec(module) is None:
+            refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy")
+    find_package()
+    try:
+        import tricoil
+    except ImportError as error:
+        refuse(f"{name}: needs the Python package of tricoil ({error}): install the package python3-tricoil")
+    assert tricoil
+    try:
+        COMMANDS[name](*words_of(sys.argv[2:]))
+    except ValueError as error:
+        refuse(error)
+    except BrokenPipeError:
+        os._exit(128 + 13)
+    except OSError as error:
+        refuse(f"{error.filename}: {error.strerror}" if error.filename else error, 2 if isinstance(error, (FileNotFoundError, PermissionError)) else 3)
+    except KeyboardInterrupt:
+        refuse("interrupted; nothing was written", 130)
+
+
+if __name__ == "__main__":
+    main()
