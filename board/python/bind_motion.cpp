@@ -81,18 +81,17 @@ Array systematic_errors(const Array& motion, const Array& column_age_s, double u
     Array result({motion.shape(0), py::ssize_t{5}, py::ssize_t{6}});
     double* out = result.mutable_data();
     const py::gil_scoped_release released;
-    for (py::ssize_t n = 0; n < motion.shape(0); ++n, out += 30) {
+    for (py::ssize_t n = 0; n < motion.shape(0); ++n) {
         const double* const m = motion.data() + 19 * n;
-        const error_model::MotionState<double> state{Vec3<double>(m),      Quat<double>(m[3], m[4], m[5], m[6]).normalized(),
-                                                     Vec3<double>(m + 7),  Vec3<double>(m + 10),
-                                                     Vec3<double>(m + 13), Vec3<double>(m + 16)};
+        const auto vector = [m](int at) { return Vec3<double>(m + at); };
+        const Quat<double> q = Quat<double>(m[3], m[4], m[5], m[6]).normalized();
         params.timing.column_age_s = Vec3<double>(column_age_s.data() + 3 * n);
-        const auto errors = error_model::systematic_errors(state, params);
-        copy_rows(errors.linearization, out);
-        copy_rows(errors.frame_propagation, out + 6);
-        copy_rows(errors.skew, out + 12);
-        copy_rows(errors.blur, out + 18);
-        copy_rows(errors.latency, out + 24);
+        const auto errors =
+            error_model::systematic_errors<double>({vector(0), q, vector(7), vector(10), vector(13), vector(16)}, params);
+        for (const auto* term : {&errors.linearization, &errors.frame_propagation, &errors.skew, &errors.blur, &errors.latency}) {
+            copy_rows(*term, out);
+            out += 6;
+        }
     }
     return result;
 }

@@ -39,9 +39,9 @@ def naive_run(motion, is_file, noise, tracker, deskew=False):
 
 
 @functools.cache
-def simulated(motion="hand", is_file=False, *, step, tracker="direct", noise=True):
+def simulated(motion="hand", is_file=False, *, step, first=0, tracker="direct", noise=True):
     run, quiet = naive_run(motion, is_file, noise, tracker), naive_run(motion, is_file, False, tracker)
-    rows = np.arange(0, min(len(run.poses), len(quiet.poses)), step)
+    rows = np.arange(first, min(len(run.poses), len(quiet.poses)), step)
     rows = rows[run.poses["valid"][rows]]
     truth = run.truth["position_m"][rows]
     poses = run.poses[rows].copy()
@@ -76,7 +76,7 @@ def smoothed_rms_m(case):
     """RMS error of the product's smoother on the columns of the poses."""
     poses, count = case.run.poses, len(case.run.poses)
     newest = (poses["sequence"].astype(int) + 2) % 3
-    used = np.isin(np.arange(count) % case.step, np.arange(-2, 1) % case.step) if case.step > FRAME else np.ones(count, bool)
+    used = np.isin((np.arange(count) - case.rows[0]) % case.step, np.arange(-2, 1) % case.step) if case.step > FRAME else np.ones(count, bool)
     start = case.run.truth["position_m"][0] / np.linalg.norm(case.run.truth["position_m"][0])
     tracker = _tricoil.Tracker("scaat", tricoil.COUPLING_CONSTANT, start.tolist(), False, 2.5 * SLOT_S, 0.0)
     sigma = np.full((count, 3), case.run.summary["assumed"]["coupling_sigma"])

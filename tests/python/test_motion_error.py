@@ -4,7 +4,9 @@ import unittest
 
 import numpy as np
 import tricoil
-from motion_cases import FRAME, deskewed_rms_m, errors_m, rms, simulated, smoothed_rms_m
+from motion_cases import DURATION_S, FRAME, SLOT_S, Case, deskewed_rms_m, errors_m, rms, simulated, smoothed_rms_m
+from scipy.spatial.transform import Rotation
+from tricoil._pose_path import PosePath
 
 
 class Prediction(unittest.TestCase):
@@ -93,8 +95,8 @@ class Timing(unittest.TestCase):
             ("tdm:2/720", "3 to 16 slots"),
             ("tdm:3/0", "rate of slots must be a number of 1 to 100000"),
             ("tdm:3/100", "a slot of 10 ms is longer than the pose interval of 4.167 ms"),
-            ("tdm:3/500", "not a whole number of slots"),
-            ("tdm:4/720", "no whole number of frames of 4"),
+            ("tdm:3/500", "a frame of 3 slots, 6 ms, is longer than the pose interval"),
+            ("tdm:4/720", "a frame of 4 slots"),
             ("tdm:3/720,order=112", "order must name each coil once"),
             ("tdm:3/720,latency=-1", "latency in ms must be a number of 0 to 1000"),
             ("tdm:3/720,solver=svd", "solver must be direct, previous"),
@@ -104,6 +106,40 @@ class Timing(unittest.TestCase):
         ):
             with self.subTest(timing=timing), self.assertRaisesRegex(ValueError, message):
                 tricoil.motion_error(poses, timing)
+
+
+class Reference(unittest.TestCase):
+    def reference(self, case, rate_hz=200):
+        """The true path in another frame and clock, with noise of 0.1 mm."""
+        time_s = np.arange(case.poses["time_s"][0], case.poses["time_s"][-1], 1 / rate_hz)
+        truth = case.run.truth
+        path = PosePath(case.run.poses["time_s"], truth["position_m"], truth["quaternion_wxyz"])
+        position_m, quaternion = path(time_s)
+        position_m = position_m[:, [1, 2, 0]] + (0.3, -0.2, 1) + np.random.default_rng(4).normal(0, 1e-4, position_m.shape)
+        cyclic = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]]) * Rotation.from_quat(quaternion[:, [1, 2, 3, 0]])
+        return tricoil.Poses(time_s + 5, position_m, cyclic.as_quat()[:, [3, 0, 1, 2]], "reference")
+
+    def test_finds_order_and_slots(self):
+        for step, first in ((FRAME, 0), (FRAME, 1), (1, 0)):
+            with self.subTest(step=step, first=first):
+                case = simulated(step=step, first=first)
+                result = tricoil.motion_error(case.poses, "fit", reference=self.reference(case))
+                self.assertAlmostEqual(result.timing.slot_s, SLOT_S, delta=0.02 * SLOT_S)
+                self.assertLess(rms(errors_m(case, result.corrected)), 0.3 * rms(errors_m(case)))
+
+    def test_leaves_fdm_and_own_deskew_alone(self):
+        for options in ({"mux": "fdm"}, {"mux": "tdm", "tracker": "scaat"}):
+            with self.subTest(**options):
+                run = tricoil.run("hand", duration_s=DURATION_S, fidelity="columns", **options)
+                poses = run.poses[run.poses["valid"]]
+                case = Case(run, 1, None, poses, None, None, None, None)
+                result = tricoil.motion_error(poses, "fit", reference=self.reference(case))
+                self.assertFalse(result.timing.is_sequential)
+                np.testing.assert_array_equal(result.corrected.position_m, poses["position_m"])
+
+    def test_fit_needs_a_reference(self):
+        with self.assertRaisesRegex(ValueError, "needs a reference"):
+            tricoil.motion_error(simulated(step=FRAME).poses, "fit")
 
 
 class BadPoses(unittest.TestCase):
@@ -135,7 +171,7 @@ class BadPoses(unittest.TestCase):
 
     def test_other_types(self):
         with self.assertRaisesRegex(TypeError, "read_poses"):
-            tricoil.motion_error([1, 2, 3])
+            tricoil.motion_error([1, 2, 3], "fdm")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from ._dynamic import verify
 from ._flags import Flag
 from ._model import COUPLING_CONSTANT, couplings, solve
 from ._motion import error_budget, motion
+from ._motion_along import motion_along
 from ._motion_error import CorrectedPoses, MotionError, motion_error
 from ._pivot import pivot
 from ._poses import Poses, read_poses
@@ -47,6 +48,7 @@ __all__ = [
     "evaluate",
     "load",
     "motion",
+    "motion_along",
     "motion_error",
     "open",
     "pivot",

@@ -20,6 +20,7 @@ GRID = 45  # poses of a stretch on which the weights of the splines are computed
 SIGMA_FLOOR = 1e-7  # of the median coupling: time stamps have a resolution of 1 us
 SMOOTHER_MISFIT = 3.0  # mean over MISFIT_POSES poses above which the smoothed path is not used
 MISFIT_POSES = 11
+SMOOTHED_SHARE = 0.87  # squared errors over the covariance of the smoother, over recorded hands: 0.83 at 240, 0.87 at 120 poses/s (motion_table.py)
 CAUSES = ("skew", "blur", "linearization", "latency")
 MOST_FOR_PHASE = 2000  # poses
 RATE_FACTOR = 2.0  # variance of a rate from two poses, without smoother
@@ -217,7 +218,7 @@ class _Stretch:
         rows = self.rows[nearest]
         variance = np.trace(rows["covariance"][:, :3, :3], axis1=1, axis2=2)
         used = rows["valid"] & (variance < np.trace(covariance[:, :3, :3], axis1=1, axis2=2)) & (self.misfit(self.path) < SMOOTHER_MISFIT)
-        covariance[used], rate_covariance[used] = rows["covariance"][used], rows["rate_covariance"][used]
+        covariance[used], rate_covariance[used] = SMOOTHED_SHARE * rows["covariance"][used], rows["rate_covariance"][used]
         for part, corrected in zip(pose, self.corrected):
             part[~used] = corrected[~used]
         return pose, covariance, rates, rate_covariance

@@ -56,6 +56,8 @@ def as_poses(poses: Any) -> Poses:
     """Poses of read_poses(), of a run, or of a structured array with time_s, position_m, quaternion_wxyz and perhaps valid. Raises PoseError."""
     if isinstance(poses, Poses):
         return poses
+    if isinstance(poses, tuple) and len(poses) == 3:
+        return checked(*poses, "poses", "poses: pose {}".format)
     poses = getattr(poses, "poses", poses)
     names = getattr(getattr(poses, "dtype", None), "names", None) or ()
     if not {"time_s", "position_m", "quaternion_wxyz"} <= set(names):
@@ -109,7 +111,18 @@ def _rows(analysis: MotionAnalysis):
     return rows
 
 
-def motion_error(poses: Any, timing: str | Timing = "tdm:3/720") -> MotionError:
+def chosen_timing(poses: Poses, text: str, reference: Poses | None) -> tuple[Timing, dict | None]:
+    """The timing of a text, or for "fit" the one that a reference shows, with the result of the verification. Raises PoseError."""
+    if text != "fit":
+        return parse_timing(text), None
+    if reference is None:
+        raise PoseError("--timing fit needs a reference: give --reference, or the timing itself, for example tdm:3/720")
+    from ._fitted_timing import fitted_timing
+
+    return fitted_timing(poses, reference)
+
+
+def motion_error(poses: Any, timing: str | Timing, *, reference: Any = None) -> MotionError:
     """Motion error of the poses of any tracker with three source coils, from the poses alone, by cause; and the poses without it.
 
     poses: of the sensor in the frame of the source, whose axes are its coils: the result of read_poses() or run(), or a structured array.
@@ -117,11 +130,12 @@ def motion_error(poses: Any, timing: str | Timing = "tdm:3/720") -> MotionError:
     order=231 (coils in the order of their slots, the newest last), latency=MS (from the middle of the newest slot to the time stamp),
     window=MS (of one measurement) and solver=previous (the paper's previous-measurement technique; otherwise maximum likelihood).
 
-    The timing is an assumption: without a reference it cannot be checked. Raises ValueError for poses or a timing that cannot be right.
+    The timing is an assumption: without a reference it cannot be checked. With timing="fit" and a reference (as in verify()) it is found; FDM, and
+    trackers that move their columns to one time, are then left alone. Raises ValueError for poses or a timing that cannot be right.
     """
     try:
-        known = timing if isinstance(timing, Timing) else parse_timing(timing)
         given = as_poses(poses)
+        known = timing if isinstance(timing, Timing) else chosen_timing(given, timing, None if reference is None else as_poses(reference))[0]
         analysis = analyse(given, known)
     except PoseError as error:
         from ._command import own_names

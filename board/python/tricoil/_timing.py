@@ -72,14 +72,12 @@ class Timing:
         if interval < 1 - SLOT_TOLERANCE:
             raise PoseError(f"timing '{self.text}': a slot of {1e3 * self.slot_s:.4g} ms is longer than the pose interval of "
                             f"{1e3 * interval * self.slot_s:.4g} ms; give the slots as tdm:SLOTS/RATE, for example tdm:3/720")
-        if abs(interval - round(interval)) > SLOT_TOLERANCE:
-            raise PoseError(f"timing '{self.text}': the pose interval of {1e3 * interval * self.slot_s:.4g} ms is not a whole number of slots "
-                            f"of {1e3 * self.slot_s:.4g} ms; were the poses resampled?")
         newest = np.full(count, COLUMNS - 1)
         if self.has_phases(time_s):
             newest = (COLUMNS - 1 + phase + np.append(0, np.cumsum(np.round(steps).astype(int)))) % COLUMNS
-        elif round(interval) % self.slots:
-            raise PoseError(f"timing '{self.text}': the pose interval of {round(interval)} slots is no whole number of frames of {self.slots}")
+        elif interval < self.slots - SLOT_TOLERANCE:
+            raise PoseError(f"timing '{self.text}': a frame of {self.slots} slots, {1e3 * self.slots * self.slot_s:.4g} ms, is longer than the pose interval of "
+                            f"{1e3 * interval * self.slot_s:.4g} ms, which is no whole number of its slots")
         for place, coil in enumerate(self.order):
             ages[:, coil] += (newest - place) % COLUMNS * self.slot_s
         return ages
@@ -87,7 +85,8 @@ class Timing:
 
     def has_phases(self, time_s: NDArray) -> bool:
         """True if poses do not all have the same newest column: the tracker solves after each one."""
-        return self.slots == COLUMNS and round(float(np.median(np.diff(time_s))) / self.slot_s) % self.slots != 0
+        steps = float(np.median(np.diff(time_s))) / self.slot_s
+        return self.slots == COLUMNS and abs(steps - round(steps)) < SLOT_TOLERANCE and round(steps) % self.slots != 0
 
 
 def _number(text, value, what, least, most):
