@@ -254,7 +254,7 @@ void add_motion_command(CLI::App* sub, Action& action) {
     set_examples(
         sub, {{"example III of the paper, in a closed loop", "tricoil motion --example III --loop closed"},
               {"an elevation rate of 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"},
-              {"recorded poses of a tracker", "tricoil motion --poses tdm1/poses.csv --timing tdm:3/720 --out corrected.csv"}});
+              {"recorded poses of a LIBERTY", "tricoil motion --poses poses.csv --timing liberty --out corrected.csv"}});
     sub->callback([c, sub, &action] { action = [c, sub] { return motion_of(*c, *sub); }; });
 }
 
