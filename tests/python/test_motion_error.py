@@ -1,11 +1,13 @@
 """Motion error from poses alone: prediction and correction, on hands that the product simulates."""
 
 import unittest
+from unittest import mock
 
 import numpy as np
 import tricoil
 from motion_cases import DURATION_S, FRAME, SLOT_S, Case, deskewed_rms_m, errors_m, rms, simulated, smoothed_rms_m
 from scipy.spatial.transform import Rotation
+from tricoil import _motion_analysis
 from tricoil._pose_path import PosePath
 
 
@@ -56,6 +58,14 @@ class Correction(unittest.TestCase):
                 for one, error in ((result.corrected, corrected), (result.smoothed, smoothed)):
                     stated = np.sqrt(np.mean(np.trace(one.covariance[case.inside, :3, :3], axis1=1, axis2=2)))
                     self.assertTrue(0.8 < error / stated < 1.3, error / stated)
+
+    def test_long_recordings_are_analysed_in_pieces(self):
+        case = simulated(step=FRAME)
+        whole = tricoil.motion_error(case.poses, "tdm:3/720")
+        with mock.patch.multiple(_motion_analysis, PIECE=150, AROUND=100):
+            pieces = tricoil.motion_error(case.poses, "tdm:3/720")
+        np.testing.assert_allclose(pieces.corrected.position_m, whole.corrected.position_m, atol=1e-6)
+        self.assertLess(rms(errors_m(case, pieces.smoothed)), 1.3 * rms(errors_m(case, whole.smoothed)))
 
     def test_fdm_is_left_alone(self):
         poses = tricoil.run("hand", mux="fdm", duration_s=2, fidelity="columns").poses

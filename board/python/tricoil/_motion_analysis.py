@@ -1,6 +1,7 @@
 """The motion behind the poses of a tracker: columns at their own times, the path without motion error, its rates and its noise."""
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ from ._poses import PoseError, Poses
 from ._timing import COLUMNS, Timing
 
 LEAST_POSES = 20  # of a stretch without gap: its noise needs 17 poses
+PIECE = 20_000  # poses that are analysed at once
+AROUND = 500  # poses beside a piece; the smoother looks back and ahead less than 0.5 s
 GAP = 1.5  # of the median interval
 PASSES = 3  # path -> measured columns -> path; without noise each divides the error by ten or more
 GRID = 45  # poses of a stretch on which the weights of the splines are computed; they decay by a factor of two each pose
@@ -62,6 +65,16 @@ def stretches(poses: Poses) -> list[slice]:
     is_cut = (interval > GAP * np.median(interval)) | (distance > LARGEST_JUMP_M_S * interval)
     cuts = [0, *(np.flatnonzero(is_cut) + 1), len(poses)]
     return [slice(begin, end) for begin, end in zip(cuts[:-1], cuts[1:])]
+
+
+def pieces(poses: Poses) -> Iterator[tuple[slice, slice]]:
+    """Stretches that are long enough, the longest in pieces, each with the poses around it that it needs: memory is bounded."""
+    for stretch in stretches(poses):
+        if stretch.stop - stretch.start < LEAST_POSES:
+            continue
+        for begin in range(stretch.start, stretch.stop, PIECE):
+            end = min(begin + PIECE, stretch.stop)
+            yield slice(begin, end), slice(max(stretch.start, begin - AROUND), min(stretch.stop, end + AROUND))
 
 
 def _weight_products(time_s, column_time_s, timing):
@@ -269,18 +282,19 @@ def analyse(poses: Poses, timing: Timing) -> MotionAnalysis:
     corrected, smoothed = (tuple(part.copy() for part in given) for _ in range(2))
     causes = {name: np.full((count, 6), np.nan) for name in CAUSES}
     is_analysed = np.zeros(count, bool)
-    for part in stretches(poses):
-        if part.stop - part.start < LEAST_POSES:
-            continue
-        one = _Stretch(poses.time_s[part], tuple(array[part] for array in given), age_s[part], timing)
+    for part, outer in pieces(poses):
+        one = _Stretch(poses.time_s[outer], tuple(array[outer] for array in given), age_s[outer], timing)
         one.finish()
+        inner = slice(part.start - outer.start, part.stop - outer.start)
         is_analysed[part] = True
-        covariance[part] = one.covariance
-        pose, smoothed_covariance[part], rates[part], rate_covariance[part] = one.smoothed()
+        covariance[part] = one.covariance[inner]
+        pose, *more = one.smoothed()
+        for target, values in zip((smoothed_covariance, rates, rate_covariance), more):
+            target[part] = values[inner]
         for target, of_corrected, target_smoothed, of_smoothed in zip(corrected, one.corrected, smoothed, pose):
-            target[part], target_smoothed[part] = of_corrected, of_smoothed
+            target[part], target_smoothed[part] = of_corrected[inner], of_smoothed[inner]
         for name, error in one.causes().items():
-            causes[name][part] = error
+            causes[name][part] = error[inner]
     if not is_analysed.any():
         raise PoseError(f"{poses.name}: no {LEAST_POSES} poses follow each other without a gap or a jump")
     return MotionAnalysis(poses, timing, is_analysed, corrected, covariance, smoothed, smoothed_covariance, causes, rates[:, :3], rates[:, 3:],
