@@ -101,6 +101,16 @@ class Along(unittest.TestCase):
         two = tricoil.motion_along(path, kappa="two")
         self.assertGreater(abs(two["e_alpha_rad"] - along["e_alpha_rad"]).max(), 1e-3)
 
+    def test_command_reads_a_file_without_time(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "path.csv")
+            positions = CASE.poses["position_m"][:200]
+            with open(file, "w", encoding="utf-8") as out:
+                out.write("x_m,y_m,z_m\n" + "".join(",".join(map(str, position)) + "\n" for position in positions))
+            result = tricoil.command("motion", trajectory=file, rate_hz=100, loop="closed", place=(0.5, 0, 0))
+            self.assertEqual((result["update_s"], result["updates"], result["placed"]), (1 / 240, 477, True))
+            self.assertIn("moved by --place", command.trajectory_text(result))
+
     def test_path_stays_or_is_placed(self):
         there = tricoil.motion_along(CASE.poses, loop="closed")
         np.testing.assert_allclose(there["position_m"][0], CASE.poses["position_m"][0], atol=1e-9)

@@ -20,6 +20,7 @@ EDGES = {
 TITLES = {"speed_m_s": "speed, m/s", "angular_rate_rad_s": "angular rate, rad/s", "range_m": "range, m"}
 READER_OPTIONS = ("sensor", "unit", "time_unit", "rate_hz", "rotation", "columns")
 PICTURES = (".svg", ".png", ".pdf")
+UPDATES_HZ = 240.0
 UNCHECKED = "an assumption: without a reference it cannot be checked"
 
 
@@ -170,7 +171,7 @@ def place_of(text):
     if text is None:
         return None
     try:
-        place = [float(word) for word in text.split(",")]
+        place = [float(word) for word in (text.split(",") if isinstance(text, str) else text)]
     except ValueError:
         place = []
     if len(place) != 3 or not np.all(np.isfinite(place)):
@@ -179,10 +180,16 @@ def place_of(text):
 
 
 def run_trajectory(trajectory, kappa="exact", loop="open", rate_hz=None, place=None, out=None, **reader) -> dict:
-    """Errors by the paper's formulas along the path of a file. rate_hz: of the rows of a file without time, and of the updates. Raises PoseError, OSError."""
+    """Errors by the paper's formulas along the path of a file. rate_hz: updates per second; of a file without time, that of its rows. Raises PoseError, OSError."""
     refuse_others(reader, READER_OPTIONS, "--trajectory")
-    path = read(trajectory, rate_hz=rate_hz, **reader)
-    updates_hz = 240.0 if rate_hz is None else float(rate_hz)
+    updates_hz = UPDATES_HZ
+    try:
+        path = read(trajectory, **reader)
+        updates_hz = UPDATES_HZ if rate_hz is None else float(rate_hz)
+    except PoseError:
+        if rate_hz is None:
+            raise
+        path = read(trajectory, rate_hz=rate_hz, **reader)
     rows = along(path, kappa, loop, updates_hz, place_of(place))
     if out is not None:
         names = ("time_s", "range_m", "azimuth_rad", "elevation_rad", "e_rho_m", "e_alpha_rad", "e_beta_rad")
