@@ -11,7 +11,8 @@ namespace tricoil::host {
 
 PoseTable::PoseTable(std::string path, std::vector<std::string> lines)
     : path_(std::move(path)), lines_(std::move(lines)), names_(split(lines_.front(), ',')) {
-    const auto unit = std::ranges::find_if(kLengthUnits, [&](const std::string& name) { return has("x_" + name); });
+    const auto unit =
+        std::ranges::find_if(kLengthUnits, [&](const std::string& name) { return index_of("x_" + name) < names_.size(); });
     refuse_if(unit == kLengthUnits.end(), "{}:1: no column x_m; poses have x_m, y_m and z_m, or mm, cm or in instead of m",
               path_);
     unit_ = *unit;
@@ -30,8 +31,6 @@ bool PoseTable::next() {
 std::size_t PoseTable::index_of(std::string_view column) const {
     return static_cast<std::size_t>(std::find(names_.begin(), names_.end(), column) - names_.begin());
 }
-
-bool PoseTable::has(std::string_view column) const { return index_of(column) < names_.size(); }
 
 double PoseTable::number(std::string_view column, std::optional<double> absent) const {
     if (const std::size_t at = index_of(column); at < names_.size()) {

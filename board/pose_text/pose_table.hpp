@@ -25,7 +25,6 @@ public:
     /// "FILE:LINE" of the line.
     [[nodiscard]] std::string where() const { return path_ + ":" + std::to_string(line_ + 1); }
 
-    [[nodiscard]] bool has(std::string_view column) const;
     /// Throws for a missing column, unless there is a number for its absence.
     [[nodiscard]] double number(std::string_view column, std::optional<double> absent = std::nullopt) const;
     /// From x_U, y_U, z_U with a unit U.

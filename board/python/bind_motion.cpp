@@ -20,7 +20,6 @@ namespace tricoil::python {
 namespace {
 
 namespace py = pybind11;
-using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 UpdateRow row_of(const paper::Update& update, bool has_prediction) {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -104,11 +103,10 @@ Array accumulated_error(const Array& path_m, const std::string& kappa, const std
     auto real = geometry::to_spherical(Vec3<double>(path_m.data()));
     error_model::AccumulatedError<double> accumulated(form, how, real);
     for (py::ssize_t n = 0; n < path_m.shape(0); ++n) {
-        const auto now = geometry::to_spherical(Vec3<double>(path_m.data(n)));
-        const double turns = std::round((real.azimuth_rad - now.azimuth_rad) / (2 * std::numbers::pi));
-        real = {now.range_m, now.azimuth_rad + 2 * std::numbers::pi * turns, now.elevation_rad};
-        const auto& error = accumulated.update(real);
-        const Vec3<double> apart = error_model::cartesian_error(real, {error.range_m, error.azimuth_rad, error.elevation_rad});
+        auto now = geometry::to_spherical(Vec3<double>(path_m.data(n)));
+        now.azimuth_rad = real.azimuth_rad + std::remainder(now.azimuth_rad - real.azimuth_rad, 2 * std::numbers::pi);
+        const auto& e = accumulated.update(real = now);
+        const auto apart = error_model::cartesian_error(real, {e.range_m, e.azimuth_rad, e.elevation_rad});
         std::copy_n(apart.data(), 3, result.mutable_data(n));
     }
     return result;

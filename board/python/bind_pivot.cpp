@@ -7,7 +7,6 @@ namespace tricoil::python {
 namespace {
 
 namespace py = pybind11;
-using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// position_m: (N, 3); wxyz: (N, 4), any length; covariance: (N, 6, 6). Result: JSON.
 std::string pivot(const Array& position_m, const Array& wxyz, const Array& covariance, std::uint8_t sensor, std::size_t invalid,

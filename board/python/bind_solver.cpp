@@ -14,7 +14,6 @@ namespace tricoil::python {
 namespace {
 
 namespace py = pybind11;
-using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using RowMajor3 = Matrix<double, 3, 3, Order::by_rows>;
 
 constexpr py::ssize_t kChunk = 1 << 12;  // rows between two checks

@@ -14,7 +14,6 @@ namespace tricoil::python {
 namespace {
 
 namespace py = pybind11;
-using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// A source that several threads may use: each call waits for the others.
 class LockedSource {

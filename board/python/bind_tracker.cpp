@@ -10,7 +10,6 @@ namespace tricoil::python {
 namespace {
 
 namespace py = pybind11;
-using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 tracking::TrackerParams<double> make_params(const std::string& method, double coupling_constant,
                                             const std::array<double, 3>& hemisphere, bool confined, double column_span_s,

@@ -11,6 +11,8 @@
 
 namespace tricoil::python {
 
+using Array = pybind11::array_t<double, pybind11::array::c_style | pybind11::array::forcecast>;
+
 /// Pose of a tracker. Fields that the C interface has too have its names and units, except time_s.
 struct PoseRow {
     double time_s = 0;

@@ -11,7 +11,7 @@
 namespace tricoil::host {
 namespace {
 
-const std::map<std::string_view, double> kPerSiUnit{{"mm", 1e3}, {"ms", 1e3}, {"ms^2", 1e6}, {"deg", kDegrees}, {"%", 100}};
+const std::map<std::string_view, double> kPerSiUnit{{"mm", 1e3}, {"deg", kDegrees}, {"%", 100}};
 
 std::string formatted(std::string_view field, const Json& values) {
     constexpr std::string_view kIn = " in ";

@@ -9,6 +9,7 @@ import unittest
 
 import numpy as np
 import tricoil
+from tricoil import _naive
 from scipy.spatial.transform import Rotation
 
 WORLD = Rotation.from_euler("zyx", [110, 20, -5], degrees=True)
@@ -99,7 +100,7 @@ class Static(unittest.TestCase):
         wrong = random.choice(len(t), 69, replace=False)
         result = self.noise_is_left((t, p + np.isin(np.arange(len(t)), wrong)[:, None] * [0.05, 0, 0], q), self.reference)
         self.assertGreaterEqual(result["outliers"], 60)
-        self.assertAlmostEqual(self.noise_is_left((t, 1.005 * p, q), self.reference)["scale"], 1.005, delta=2e-5)
+        self.assertAlmostEqual(self.noise_is_left((t, 1.005 * p, q), self.reference)["scale_factor"], 1.005, delta=2e-5)
         gap = (R < 8) | (R > 8.6)
         self.assertAlmostEqual(self.noise_is_left(self.tracker, tuple(part[gap] for part in self.reference))["poses_in_gaps"], 148, delta=6)
 
@@ -140,6 +141,15 @@ class Moving(unittest.TestCase):
                 if result["distinguishable"]:
                     self.assertGreater(result["r2"], 0.95)
 
+    def test_ball_on_a_lever(self):
+        """The tracker's own attitude, which its motion error turns, replaces that of the reference."""
+        t = np.arange(0.5, 20, 3 * 2e-3)
+        p, turn = truth(R)
+        result = tricoil.verify((t, *noisy(*naive(t, 2e-3, (0, 1, 2)))), (R, WORLD.apply(p + turn.apply([0.1, -0.2, 0.15])) + WORLD_M, None))
+        self.assertAlmostEqual(result["slot_s"], 2e-3, delta=2e-5)
+        self.assertLess(result["left_rms_m"], 1e-4)
+        np.testing.assert_allclose(result["mount_m"], [-0.1, 0.2, -0.15], atol=1e-3)
+
     def test_rounded_times_are_rebuilt(self):
         t = np.arange(0.5, 20, 3 * 1.4e-3)
         p, q = noisy(*naive(t, 1.4e-3, (0, 1, 2)))
@@ -166,6 +176,11 @@ class Moving(unittest.TestCase):
         self.assertAlmostEqual(result["lag_s"], 0, delta=1e-5)
         self.assertGreater(result["r2"], 0.99)
         self.assertGreater(result["motion_error_m"], 1e-3)
+
+
+class Patterns(unittest.TestCase):
+    def test_each_has_its_own_name(self):
+        self.assertEqual(len({str(pattern) for pattern in _naive.patterns(T)}), 18)
 
 
 class BadInput(unittest.TestCase):

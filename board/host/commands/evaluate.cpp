@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <memory>
 
 #include "board/command_line/option_words.hpp"
@@ -123,7 +122,7 @@ std::string evaluation_text(const Json& r) {
 }
 
 // Options of evaluate --dynamic, which Python reads.
-constexpr std::array<std::array<const char*, 2>, 8> kDynamicOptions{{
+constexpr const char* kDynamicOptions[][2] = {
     {"--time-offset", "reference time minus tracker time, s: the search starts there"},
     {"--sensor", "number or name of the sensor in POSES"},
     {"--reference-sensor", "number or name of the body in TRUTH"},
@@ -132,19 +131,15 @@ constexpr std::array<std::array<const char*, 2>, 8> kDynamicOptions{{
     {"--rate-hz", "of a file with frame numbers, or without time; TRUTH,POSES if they differ"},
     {"--rotation", "of three angles: polhemus, rotvec, ZYX; of q1 to q4: wxyz, xyzw; TRUTH,POSES if they differ"},
     {"--columns", "names of the columns of POSES if it has none: sensor,x,y,z,azimuth,elevation,roll, or polhemus"},
-}};
+};
 
 /// Checks the options of both kinds of evaluation.
-void check_options(const EvaluateCommand& command, const CLI::App& sub, bool is_dynamic) {
-    refuse_if(is_dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures),
+void check_options(const EvaluateCommand& command, bool is_dynamic) {
+    refuse_if(is_dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures ||
+                             !command.stage_from.empty()),
               "--dynamic takes two files, TRUTH and POSES, and no calibration");
     refuse_if(!is_dynamic && command.calibration.empty(),
               "--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)");
-    refuse_if(is_dynamic && !command.stage_from.empty(), "--stage-from: not with --dynamic");
-    for (const auto& [name, text] : kDynamicOptions) {
-        refuse_if(!is_dynamic && sub.count(name) > 0, "{} requires --dynamic", name);
-    }
-    refuse_if(!is_dynamic && sub.count("--same-clock") > 0, "--same-clock requires --dynamic");
 }
 
 /// Sets the errors of the stage that the evaluation removes. Returns their origin.
@@ -214,11 +209,14 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
         "without its stray field"));
     sub->add_flag("--refit-fixtures", c->refit_fixtures,
                   "Fit the fixtures to these data, and the scale of a free-motion calibration (stated in the output)");
-    sub->add_flag("--dynamic")
-        ->description("Compare recorded poses of any tracker with a reference: motion errors, measured and predicted");
-    sub->add_flag("--same-clock")->description("--dynamic: --time-offset (default 0) is exact: the latency is measured");
+    auto* const dynamic =
+        sub->add_flag("--dynamic")
+            ->description("Compare recorded poses of any tracker with a reference: motion errors, measured and predicted");
+    sub->add_flag("--same-clock")
+        ->description("--dynamic: --time-offset (default 0) is exact: the latency is measured")
+        ->needs(dynamic);
     for (const auto& [name, text] : kDynamicOptions) {
-        sub->add_option(name)->description("--dynamic: " + std::string(text))->type_name("TEXT");
+        sub->add_option(name)->description("--dynamic: " + std::string(text))->type_name("TEXT")->needs(dynamic);
     }
     sub->add_option("--out", c->out, "Folder for the errors as CSV and picture")->type_name(kFolderType);
     sub->add_flag("--json", c->json, "Result as JSON");
@@ -227,9 +225,8 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
               {"a recorded pose stream against a reference", "tricoil evaluate --dynamic truth.csv poses.csv"}});
     sub->callback([c, sub, &action] {
         action = [c, sub] {
-            const bool is_dynamic = sub->count("--dynamic") > 0;
-            check_options(*c, *sub, is_dynamic);
-            return is_dynamic ? continue_in_python(*sub) : evaluate_command(*c);
+            check_options(*c, sub->count("--dynamic") > 0);
+            return sub->count("--dynamic") > 0 ? continue_in_python(*sub) : evaluate_command(*c);
         };
     });
 }

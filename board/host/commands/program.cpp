@@ -47,7 +47,6 @@ struct ListedCommand {
 constexpr const char* kServe = "tricoil-serve";
 constexpr const char* kCalibration = "tricoil-calibration";
 constexpr const char* kTools = "tricoil-tools";
-
 constexpr const char* kPython = "/usr/bin/python3";  // for which the package is built
 
 // In the order of the help.
@@ -117,34 +116,23 @@ std::vector<std::string> take_verbosity(std::vector<std::string> words) {
 /// A file of ../libexec/tricoil from the folder of this executable.
 std::filesystem::path part(const char* name, const std::string& user) {
     std::error_code failure;
-    const auto own = std::filesystem::read_symlink("/proc/self/exe", failure);
+    const auto own = std::filesystem::read_symlink("/proc/self/exe", failure).parent_path();
     if (failure) {
         throw DeviceError(user + ": cannot find the folder of this program: mount /proc");
     }
-    return (own.parent_path() / (own.parent_path().filename() == "tricoil" ? "." : "../libexec/tricoil") / name)
-        .lexically_normal();
+    return (own / (own.filename() == "tricoil" ? "." : "../libexec/tricoil") / name).lexically_normal();
 }
 
-/// Returns only if it fails.
-void execute(const std::filesystem::path& path, const std::string& typed_name, const std::vector<std::string>& arguments) {
+/// Does not return, unless it throws; `missing`: what is wrong if there is no such file.
+int continue_as(const std::filesystem::path& path, const std::string& typed_name, const std::vector<std::string>& arguments,
+                const std::string& missing) {
     std::vector<char*> words{const_cast<char*>(typed_name.c_str())};
     for (const std::string& argument : arguments) {
         words.push_back(const_cast<char*>(argument.c_str()));
     }
     words.push_back(nullptr);
     ::execv(path.c_str(), words.data());
-}
-
-/// Does not return, unless it throws.
-int continue_as(const char* executable, const char* user, const std::vector<std::string>& arguments,
-                const ProgramIdentity& identity) {
-    const auto path = part(executable, user);
-    execute(path, identity.typed_name, arguments);
-    throw DeviceError(errno == ENOENT
-                          ? fmt::format("{}: {} is not built or not installed; build all of tricoil with cmake --build, "
-                                        "or install the package tricoil again",
-                                        user, path.string())
-                          : fmt::format("{}: {} does not start ({})", user, path.string(), std::strerror(errno)));
+    throw DeviceError(errno == ENOENT ? missing : fmt::format("{} does not start ({})", path.string(), std::strerror(errno)));
 }
 
 }  // namespace
@@ -160,9 +148,7 @@ int continue_in_python(const CLI::App& command) {
     for (const CLI::Option* const argument : arguments_of(command)) {
         words.insert(words.end(), argument->results().begin(), argument->results().end());
     }
-    execute(kPython, kPython, words);
-    throw InputError(command.get_name() +
-                     ": needs Python: install the packages python3-tricoil, python3-numpy and python3-scipy");
+    return continue_as(kPython, kPython, words, command.get_name() + ": needs Python: install the package python3-tricoil");
 }
 
 int run_program(const std::vector<std::string>& arguments, std::span<const OwnCommand> own, const ProgramIdentity& identity) {
@@ -170,7 +156,12 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
         if (named->component) {
             require(*named->component, named->name);
         }
-        return continue_as(named->executable, named->name, arguments, identity);
+        const auto path = part(named->executable, named->name);
+        return continue_as(
+            path, identity.typed_name, arguments,
+            fmt::format("{}: {} is not built or not installed; build all of tricoil with cmake --build, or install "
+                        "the package tricoil again",
+                        named->name, path.string()));
     }
     CLI::App program{kDescription, identity.typed_name};
     program.set_version_flag("--version", identity.version, "Print the version and the commit");

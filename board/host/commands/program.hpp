@@ -37,8 +37,7 @@ struct ProgramIdentity {
 /// ../libexec/tricoil/tricoil-NAME from the folder of this executable, never from PATH or the current folder.
 int run_program(const std::vector<std::string>& arguments, std::span<const OwnCommand> own, const ProgramIdentity& identity = {});
 
-/// Continues as the Python program for `command`, with the options that were given: this process becomes /usr/bin/python3, which
-/// runs _program.py beside this executable, isolated from the user's folders.
+/// Continues as _program.py beside this executable, with the options of `command` that were given. Python is that of the system.
 int continue_in_python(const CLI::App& command);
 
 }  // namespace tricoil::host

@@ -139,6 +139,40 @@ def proper(h):
     return Rotation.from_matrix(u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v), s
 
 
+def with_lever(p, q, body):
+    """Matrix A, offset and lever m of p = A q + offset + body m, by least squares, and the share of the motion that they explain."""
+    n = len(p)
+    columns = np.zeros((n, 3, 15))
+    for axis in range(3):
+        columns[:, axis, 3 * axis:3 * axis + 3] = q
+    columns[:, :, 9:12] = np.eye(3)
+    columns[:, :, 12:] = body
+    matrix, right = columns.reshape(3 * n, 15), p.ravel()
+    normal = matrix.T @ matrix
+    x = np.linalg.lstsq(normal + 1e-6 * np.trace(normal) / 15 * np.eye(15) * (np.arange(15) >= 12), matrix.T @ right, rcond=1e-10)[0]
+    left = np.sum((right - matrix @ x) ** 2)
+    return x[:9].reshape(3, 3), x[9:12], x[12:], 1 - left / max(np.sum((p - p.mean(axis=0)) ** 2), 1e-12)
+
+
+def lever_candidates(pair, start_s, range_s):
+    """As candidates(), for a reference without attitude on a lever: its speed is another than the sensor's, a fit with a lever is not."""
+    t = np.arange(pair.tracker.time_s[0], pair.tracker.time_s[-1], 0.04)
+    t = t[pair.tracker.covers(t)]
+    t = t[:: max(1, len(t) // 400)]
+    p, body = pair.tracker.p(t), pair.tracker.turn(t).as_matrix()
+    first, last = pair.reference.time_s[0] - t[-1], pair.reference.time_s[-1] - t[0]
+    if start_s is not None:
+        first, last = max(first, start_s - range_s), min(last, start_s + range_s)
+    offsets = np.linspace(first, last, min(6000, max(3, int((last - first) / 0.03))))
+    shares = np.zeros(len(offsets))
+    for n, offset in enumerate(offsets):
+        known = pair.reference.covers(t + offset)
+        if known.sum() > max(40, 0.2 * len(t)):
+            shares[n] = with_lever(p[known], pair.reference.p(t[known] + offset), body[known])[3]
+    best = np.argsort(-shares)[:3]
+    return [(float(np.sqrt(max(shares[k], 0))), float(peak(offsets, shares, k))) for k in best]
+
+
 def first_frames(pair, offset_s, rows):
     """Frames and mount at this offset, without a search: relative turns and displacements do not depend on the mount of the body."""
     middle = 0.5 * (pair.poses.time_s[0] + pair.poses.time_s[-1])
@@ -164,6 +198,8 @@ def first_frames(pair, offset_s, rows):
             weak = np.linalg.svd(by_turns, compute_uv=False)[1] < 0.02 * len(t)
             h = by_turns + (0.3 if weak else 0.001) * h
     a.world = proper(h)[0]
+    if pair.tracker.has_attitude and not pair.reference.has_attitude:
+        a.world = proper(with_lever(p, q, pair.tracker.turn(t).as_matrix())[0])[0]
     for _ in range(1 if pair.reference.has_attitude else 4):
         body = turn_of(pair, a, t, tau)
         # p - world q = world_m + (turn of the body, source frame) mount_m

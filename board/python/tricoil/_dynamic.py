@@ -148,7 +148,7 @@ def text(r):
     lines.append(f"  multiplexing {r['multiplexing']}{slot}")
     lines.append(f"  latency      {1e3 * r['lag_s']:+.3f} +- {1e3 * r['lag_std_s']:.3f} ms" if r["lag_s"] is not None
                  else "  latency      not observable without a common clock (--same-clock)")
-    lines.append(f"  scale        {r['scale']:.5f} +- {r['scale_std']:.5f}")
+    lines.append(f"  scale        {r['scale_factor']:.5f} +- {r['scale_factor_std']:.5f}")
     motion = f"  motion error {1e3 * r['motion_error_m']:.3f} mm RMS"
     if r["distinguishable"] and r["r2"] is not None:
         between = " ({:.4f} to {:.4f})".format(*r["r2_interval"]) if r["r2_interval"] else ""

@@ -38,9 +38,11 @@ class Pattern:
         return (self.first + self.step * row[:, None] - self.direction * np.arange(3)) % 3
 
     def __str__(self):
-        order = [(self.first - self.direction * age) % 3 for age in (2, 1, 0)]
-        names = " ".join(f"S{coil + 1}" for coil in order)
-        return f"coils {names}" if self.step == 0 else f"coils {names} at the first pose, a pose after each column"
+        def names(coils):
+            return " ".join(f"S{coil % 3 + 1}" for coil in coils)
+
+        order = names(self.first - self.direction * age for age in (2, 1, 0))
+        return f"coils {order}" if self.step == 0 else f"coils {order} at the first pose, the newest then {names(self.first + self.step * n for n in range(3))}"
 
 
 def patterns(time_s):

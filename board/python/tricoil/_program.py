@@ -63,12 +63,12 @@ def main():
     name = sys.argv[1]
     for module in ("numpy", "scipy"):
         if importlib.util.find_spec(module) is None:
-            refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy")
+            refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy", 3)
     find_package()
     try:
         import tricoil
     except ImportError as error:
-        refuse(f"{name}: needs the Python package of tricoil ({error}): install the package python3-tricoil")
+        refuse(f"{name}: needs the Python package of tricoil ({error}): install the package python3-tricoil", 3)
     assert tricoil
     try:
         COMMANDS[name](*words_of(sys.argv[2:]))

@@ -156,6 +156,8 @@ def is_better(fit, other):
 def aligned(pair, start_s, range_s, rows):
     """The best fit without motion error. Throws PoseError with the reason if there is none."""
     found = _align.candidates(pair, start_s, range_s)
+    if pair.tracker.has_attitude and not pair.reference.has_attitude and (not found or found[0][0] < SAME):
+        found = sorted(found + _align.lever_candidates(pair, start_s, range_s), reverse=True)
     fits = []
     for r, offset in found:
         if r < _align.LOWEST_CORRELATION:
@@ -302,6 +304,20 @@ def modelled(pair, rows, base):
     return rows, best, fits
 
 
+def with_true_attitude(pair, fit, rows):
+    """Pair and fit with the tracker's attitude without its motion error: the reference has none that could replace it."""
+    poses = pair.poses
+    measured = Rotation.from_quat(poses.quaternion_wxyz[:, [1, 2, 3, 0]])
+    for _ in range(10):
+        error = _naive.AgedCouplings(pair, fit.alignment, poses.time_s, fit.alignment.slot_s).error(fit.pattern)[1]
+        pair = Pair(poses, Path(poses.time_s, poses.position_m, _naive.wxyz(error.inv() * measured)), pair.reference)
+        before_s = fit.alignment.slot_s
+        fit = refine(pair, fit.alignment, rows, fit.pattern, steps=4)
+        if abs(fit.alignment.slot_s - before_s) < 1e-4 * before_s:
+            break
+    return pair, fit
+
+
 def outliers(r, predicted, sigma):
     """Poses whose residual is far from those of their neighbours. If they are many, they are no outliers."""
     if len(r) < 9:
@@ -438,7 +454,11 @@ def verified(poses: Poses, reference: Poses, *, time_offset: float | None = None
         raise PoseError("--time-offset must be a finite number of seconds")
     start_s = None if time_offset is None else time_offset - apart
     pair, rows, base = fitted(poses, reference, start_s, same_clock)
-    rows, name, fits = modelled(pair, rows, base)
+    every = rows
+    rows, name, fits = modelled(pair, every, base)
+    if pair.has_attitude and not pair.reference.has_attitude and fits[name].pattern:
+        pair, fit = with_true_attitude(pair, fits[name], rows)
+        rows, name, fits = modelled(pair, every, fit)
     chosen = fits[name]
     a = chosen.alignment
     e, in_gaps = errors_of(pair, chosen, start_s if same_clock else None)
@@ -460,7 +480,7 @@ def verified(poses: Poses, reference: Poses, *, time_offset: float | None = None
         "clock_rate_std_ppm": float(1e6 * chosen.deviations[_align.RATE]),
         "lag_s": float(start_s - a.offset_s + a.rate * a.middle_s) if same_clock else None, "lag_std_s": float(chosen.deviations[_align.OFFSET]) if same_clock else None,
         "multiplexing": multiplexing(fits, name), "slot_s": slot_s, "slot_std_s": None if slot_deviation is None else float(slot_deviation),
-        "scale": float(a.scale), "scale_std": float(chosen.deviations[_align.SCALE]),
+        "scale_factor": float(a.scale), "scale_factor_std": float(chosen.deviations[_align.SCALE]),
         "motion_error_m": float(np.sqrt(max(motion2, 0))), "predicted_rms_m": rms(e.predicted_m[ok]), "left_rms_m": rms(e.left_m[ok]),
         "r2": r2, "r2_interval": r2_interval, "distinguishable": bool(motion2 > DISTINCT_M**2),
         "alternatives": alternatives(fits, name),
