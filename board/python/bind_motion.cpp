@@ -1,4 +1,4 @@
-// The error model: the paper's examples, and the budget of one pose.
+// The error model: the paper's examples, and systematic errors of poses.
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -20,7 +20,6 @@ namespace tricoil::python {
 namespace {
 
 namespace py = pybind11;
-using Vector = std::array<double, 3>;
 
 UpdateRow row_of(const paper::Update& update, bool has_prediction) {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -68,73 +67,32 @@ py::array_t<UpdateRow> motion(const std::string& example, const std::string& loo
     return to_array(std::move(rows));
 }
 
-using Budget = error_model::ErrorBudget<double>;
-
-error_model::MotionState<double> motion_state(const Vector& position_m, const Vector& velocity_m_s,
-                                              const Vector& angular_rate_rad_s) {
-    error_model::MotionState<double> state;
-    state.position_m = Vec3<double>(position_m.data());
-    state.velocity_m_s = Vec3<double>(velocity_m_s.data());
-    state.angular_rate_rad_s = Vec3<double>(angular_rate_rad_s.data());
-    host::refuse_if(!(state.position_m.norm() > 0 && state.position_m.allFinite() && state.velocity_m_s.allFinite() &&
-                      state.angular_rate_rad_s.allFinite()),
-                    "position_m must not be zero; all vectors must be finite");
-    return state;
-}
-
-/// One timing for each source coil that can be the newest: in TDM the trackers solve after each column.
-std::vector<error_model::BoardTiming<double>> timings(const std::string& mux, double rate_hz) {
-    if (host::index_of_name("mux", mux, {"tdm", "fdm"}) != 0) {
-        return {error_model::fdm_timing(1 / rate_hz)};
-    }
-    const double slot_s = 1 / (3 * rate_hz);
-    std::vector<error_model::BoardTiming<double>> all;
-    for (const auto last : {error_model::LastState::s1, error_model::LastState::s2, error_model::LastState::s3}) {
-        all.push_back(error_model::tdm_timing(slot_s, slot_s, last));
-    }
-    return all;
-}
-
-/// RMS of one term.
-py::dict term(const std::vector<Budget>& budgets, error_model::ErrorTerm<double> Budget::*which) {
-    double position = 0;
-    double rotation = 0;
-    for (const Budget& budget : budgets) {
-        position += std::pow((budget.*which).position_m, 2);
-        rotation += std::pow((budget.*which).rotation_rad, 2);
-    }
-    const auto count = static_cast<double>(budgets.size());
-    py::dict dict;
-    dict["position_m"] = std::sqrt(position / count);
-    dict["rotation_rad"] = std::sqrt(rotation / count);
-    return dict;
-}
-
-py::dict error_budget(const Vector& position_m, const Vector& velocity_m_s, const Vector& angular_rate_rad_s, double noise_ratio,
-                      const std::string& mux, double rate_hz, const std::string& solver, double latency_s) {
-    constexpr double kMost = 1e9;
-    host::refuse_if(
-        !(rate_hz > 0 && rate_hz <= kMost && noise_ratio >= 0 && noise_ratio <= kMost && latency_s >= 0 && latency_s <= kMost),
-        "rate_hz must be positive; noise_ratio and latency_s zero or more; all at most 1e9");
-    const auto state = motion_state(position_m, velocity_m_s, angular_rate_rad_s);
+/// motion: (N, 19): position, quaternion (w, x, y, z), velocity, angular rate, acceleration, angular acceleration. column_age_s:
+/// (N, 3). Result: (N, 5, 6), true minus measured: linearization, frame propagation, skew, blur, latency.
+Array systematic_errors(const Array& motion, const Array& column_age_s, double update_s, double window_s, double latency_s,
+                        const std::string& solver) {
     error_model::BudgetParams<double> params;
     params.solver =
         static_cast<error_model::SolverForm>(host::index_of_name("solver", solver, {"direct", "previous", "previous-angles"}));
-    std::vector<Budget> budgets;
-    for (const auto& timing : timings(mux, rate_hz)) {
-        params.timing = timing;
-        params.timing.latency_s = latency_s;
-        budgets.push_back(error_model::error_budget(state, noise_ratio, params));
+    params.timing.update_s = update_s;
+    params.timing.window_s = window_s;
+    params.timing.latency_s = latency_s;
+    Array result({motion.shape(0), py::ssize_t{5}, py::ssize_t{6}});
+    double* out = result.mutable_data();
+    const py::gil_scoped_release released;
+    for (py::ssize_t n = 0; n < motion.shape(0); ++n) {
+        const double* const m = motion.data() + 19 * n;
+        const auto vector = [m](int at) { return Vec3<double>(m + at); };
+        const Quat<double> q = Quat<double>(m[3], m[4], m[5], m[6]).normalized();
+        params.timing.column_age_s = Vec3<double>(column_age_s.data() + 3 * n);
+        const auto errors =
+            error_model::systematic_errors<double>({vector(0), q, vector(7), vector(10), vector(13), vector(16)}, params);
+        for (const auto* term : {&errors.linearization, &errors.frame_propagation, &errors.skew, &errors.blur, &errors.latency}) {
+            copy_rows(*term, out);
+            out += 6;
+        }
     }
-    py::dict dict;
-    dict["linearization"] = term(budgets, &Budget::linearization);
-    dict["frame_propagation"] = term(budgets, &Budget::frame_propagation);
-    dict["skew"] = term(budgets, &Budget::skew);
-    dict["blur"] = term(budgets, &Budget::blur);
-    dict["latency"] = term(budgets, &Budget::latency);
-    dict["noise"] = term(budgets, &Budget::noise);
-    dict["total"] = term(budgets, &Budget::total);
-    return dict;
+    return result;
 }
 
 /// Errors (true minus measured) of the previous-measurement technique along a path, (19)-(37). path_m, result: (N, 3).
@@ -159,7 +117,7 @@ Array accumulated_error(const Array& path_m, const std::string& kappa, const std
 void add_motion(py::module_& module) {
     module.def("motion", motion);
     module.def("accumulated_error", accumulated_error);
-    module.def("error_budget", error_budget);
+    module.def("systematic_errors", systematic_errors);
 }
 
 }  // namespace tricoil::python

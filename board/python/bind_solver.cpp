@@ -8,6 +8,7 @@
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/direct.hpp"
 #include "core/solver/pose_covariance.hpp"
+#include "core/solver/previous_measurement.hpp"
 
 namespace tricoil::python {
 namespace {
@@ -31,17 +32,22 @@ void for_rows(py::ssize_t count, const py::object& progress, Each each) {
     }
 }
 
+SolutionRow unsolved() {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    SolutionRow row;
+    put(Vec3<double>::Constant(kNaN), row.position_m);
+    put(Quat<double>(kNaN, kNaN, kNaN, kNaN), row.quaternion_wxyz);
+    put(Mat6<double>::Constant(kNaN), row.covariance);
+    row.chi_square = kNaN;
+    return row;
+}
+
 SolutionRow solve_row(const Mat3<double>& x, double sigma, double coupling_constant, const Vec3<double>& hemisphere) {
     SolutionRow row;
     const auto solution = solver::solve_direct<double>(x, coupling_constant);
     row.solved = solution.ok() && solution->right_handed;
     if (!row.solved) {
-        constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-        put(Vec3<double>::Constant(kNaN), row.position_m);
-        put(Quat<double>(kNaN, kNaN, kNaN, kNaN), row.quaternion_wxyz);
-        put(Mat6<double>::Constant(kNaN), row.covariance);
-        row.chi_square = kNaN;
-        return row;
+        return unsolved();
     }
     const Vec3<double> u = solution->direction.dot(hemisphere) < 0 ? Vec3<double>(-solution->direction) : solution->direction;
     put(solution->range_m * u, row.position_m);
@@ -64,6 +70,27 @@ py::array_t<SolutionRow> solve(const Array& x, const Array& sigma, double coupli
     return rows;
 }
 
+/// Previous-measurement technique, pole-free. x: (N, 3, 3); position_m, wxyz: previous poses, (N, 3), (N, 4). Covariance and
+/// chi_square are NaN.
+py::array_t<SolutionRow> step(const Array& x, const Array& position_m, const Array& wxyz, double coupling_constant, int passes) {
+    py::array_t<SolutionRow> rows(x.shape(0));
+    SolutionRow* const out = rows.mutable_data();
+    for_rows(x.shape(0), py::none(), [&](py::ssize_t n) {
+        const Vec3<double> p(position_m.data() + 3 * n);
+        const double* const q = wxyz.data() + 4 * n;
+        const Mat3<double> o = Quat<double>(q[0], q[1], q[2], q[3]).normalized().conjugate().toRotationMatrix();
+        const auto next =
+            solver::step_vectors<double>(RowMajor3(x.data() + 9 * n), coupling_constant, {p.norm(), p.normalized(), o}, passes);
+        out[n] = unsolved();
+        if (next.ok()) {
+            out[n].solved = true;
+            put(next->range_m * next->direction, out[n].position_m);
+            put(Quat<double>(next->attitude.transpose()), out[n].quaternion_wxyz);
+        }
+    });
+    return rows;
+}
+
 /// position_m: (N, 3); wxyz: (N, 4), any length. Result: (N, 3, 3).
 Array couplings(const Array& position_m, const Array& wxyz, double coupling_constant) {
     const py::ssize_t count = position_m.shape(0);
@@ -83,6 +110,7 @@ Array couplings(const Array& position_m, const Array& wxyz, double coupling_cons
 
 void add_solver(py::module_& module) {
     module.def("solve", solve);
+    module.def("step", step);
     module.def("couplings", couplings);
 }
 

@@ -39,6 +39,29 @@ public:
 
     py::object update(double time_s, int source_coil, const std::array<double, 3>& couplings,
                       const std::array<double, 3>& sigma) {
+        return row_or_none(tracker_.update(column_of(time_s, source_coil, couplings.data(), sigma.data())));
+    }
+
+    py::object tick(double time_s) { return row_or_none(tracker_.tick(time_of(time_s))); }
+
+    /// Poses from the columns before and after each, with rates. time_s, source_coil: (N); couplings, sigma: (N, 3).
+    py::array_t<SmoothedRow> smooth(const Array& time_s, const py::array_t<int>& source_coil, const Array& couplings,
+                                    const Array& sigma) {
+        std::vector<SmoothedRow> rows;
+        host::Smoother smoother([&](const host::SmoothedPose& pose) { rows.push_back(to_row(pose)); });
+        for (py::ssize_t n = 0; n < time_s.shape(0); ++n) {
+            const auto column =
+                column_of(time_s.data()[n], source_coil.data()[n], couplings.data() + 3 * n, sigma.data() + 3 * n);
+            if (const auto estimate = tracker_.update(column)) {
+                smoother.add(*estimate, tracker_);
+            }
+        }
+        smoother.finish(tracker_);
+        return to_array(std::move(rows));
+    }
+
+private:
+    Column<double> column_of(double time_s, int source_coil, const double* couplings, const double* sigma) {
         if (source_coil < 0 || source_coil >= kSourceCoils) {
             throw py::value_error("source_coil must be 0, 1 or 2");
         }
@@ -47,14 +70,11 @@ public:
         column.state_sequence = columns_;
         column.sequence = columns_++;
         column.midpoint = time_of(time_s);
-        column.in_phase = Vec3<double>(couplings.data());
-        column.sigma = Vec3<double>(sigma.data());
-        return row_or_none(tracker_.update(column));
+        column.in_phase = Vec3<double>(couplings);
+        column.sigma = Vec3<double>(sigma);
+        return column;
     }
 
-    py::object tick(double time_s) { return row_or_none(tracker_.tick(time_of(time_s))); }
-
-private:
     static DeviceTime time_of(double time_s) {
         constexpr double kLongest_s = 1e9;
         if (!(std::abs(time_s) <= kLongest_s)) {
@@ -77,7 +97,8 @@ void add_tracker(py::module_& module) {
                 make_params(method, coupling_constant, hemisphere, confined, column_span_s, window_s));
         }))
         .def("update", &ColumnTracker::update)
-        .def("tick", &ColumnTracker::tick);
+        .def("tick", &ColumnTracker::tick)
+        .def("smooth", &ColumnTracker::smooth);
 }
 
 }  // namespace tricoil::python

@@ -40,11 +40,26 @@ TruthRow to_row(const sim::Pose& pose) {
     return row;
 }
 
+SmoothedRow to_row(const host::SmoothedPose& smoothed) {
+    SmoothedRow row;
+    row.time_s = to_seconds(smoothed.pose.time);
+    row.valid = smoothed.pose.valid();
+    put(smoothed.pose.position_m, row.position_m);
+    put(smoothed.pose.q_source_sensor, row.quaternion_wxyz);
+    put(smoothed.pose.covariance, row.covariance);
+    put(smoothed.velocity_m_s, row.velocity_m_s);
+    put(smoothed.rate_rad_s, row.angular_rate_rad_s);
+    put(smoothed.rate_covariance, row.rate_covariance);
+    return row;
+}
+
 void register_rows() {
     PYBIND11_NUMPY_DTYPE(PoseRow, time_s, sequence, flags, sensor, valid, position_m, quaternion_wxyz, covariance, couplings,
                          distortion_m, snr_db, predicted_error_m);
     PYBIND11_NUMPY_DTYPE(TruthRow, position_m, quaternion_wxyz);
     PYBIND11_NUMPY_DTYPE(SolutionRow, position_m, quaternion_wxyz, covariance, chi_square, solved);
+    PYBIND11_NUMPY_DTYPE(SmoothedRow, time_s, valid, position_m, quaternion_wxyz, covariance, velocity_m_s, angular_rate_rad_s,
+                         rate_covariance);
     PYBIND11_NUMPY_DTYPE(UpdateRow, time_s, range_m, azimuth_rad, elevation_rad, e_rho_m, e_alpha_rad, e_beta_rad, e_psi_rad,
                          e_theta_rad, e_phi_rad, position_error_m);
 }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "board/host/smooth/smoother.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "sim/motion/motion.hpp"
 
@@ -42,6 +43,18 @@ struct SolutionRow {
     bool solved = false;
 };
 
+/// Pose of the smoother, with rates in the source frame.
+struct SmoothedRow {
+    double time_s = 0;
+    bool valid = false;
+    double position_m[3]{};
+    double quaternion_wxyz[4]{};
+    double covariance[6][6]{};
+    double velocity_m_s[3]{};
+    double angular_rate_rad_s[3]{};
+    double rate_covariance[6][6]{};  // of velocity, then angular rate
+};
+
 /// One update of the paper's simulation.
 struct UpdateRow {
     double time_s = 0;
@@ -62,6 +75,7 @@ void register_rows();
 
 PoseRow to_row(const tracking::PoseEstimate<double>& estimate);
 TruthRow to_row(const sim::Pose& pose);
+SmoothedRow to_row(const host::SmoothedPose& smoothed);
 void put(const Quat<double>& q, double (&wxyz)[4]);
 void put(const Vec3<double>& v, double (&xyz)[3]);
 void put(const Mat6<double>& m, double (&rows)[6][6]);

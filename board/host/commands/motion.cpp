@@ -1,6 +1,8 @@
-// tricoil motion: the movement-induced error model against simulation, for the paper's examples or own rates.
+// tricoil motion: the movement-induced error model against simulation, for the paper's examples or own rates. Recorded poses: in
+// Python.
 #include <fmt/format.h>
 
+#include <array>
 #include <memory>
 #include <numbers>
 
@@ -25,6 +27,22 @@ using paper::Update;
 const std::vector<std::string> kLoops{"open", "closed"};
 const std::vector<std::string> kKappas{"exact", "paper", "two"};
 const std::vector<std::string> kForms{"angles", "vectors"};
+
+// Options for recorded poses, which Python reads.
+constexpr std::array<std::array<const char*, 3>, 11> kRecordedOptions{{
+    {"--poses", "Recorded poses of any tracker: predicts their motion error, and removes it", kFileType},
+    {"--trajectory", "Recorded path: errors by the paper's formulas along it", kFileType},
+    {"--timing", "--poses: tdm:SLOTS/RATE, fdm or a tracker; options follow: ,order=231,latency=MS,window=MS,solver=previous",
+     "TEXT"},
+    {"--reference", "--poses: path of an optical system or a robot; --timing fit finds the timing with it", kFileType},
+    {"--plot", "Picture of the errors by time, speed, angular rate and range", kFileType},
+    {"--place", "Mean position of the trajectory, m; default: as recorded", "X,Y,Z"},
+    {"--sensor", "Number or name of the sensor in the file", "TEXT"},
+    {"--unit", "Of positions: m, cm, mm or in", "TEXT"},
+    {"--time-unit", "Of times: s, ms, us or ns", "TEXT"},
+    {"--rotation", "Of three angles: polhemus, rotvec, ZYX; of q1 to q4: wxyz, xyzw", "TEXT"},
+    {"--columns", "Names of the columns if the file has none: sensor,x,y,z,azimuth,elevation,roll, or polhemus", "TEXT"},
+}};
 
 struct MotionCommand {
     std::string example;
@@ -195,6 +213,14 @@ int motion(const MotionCommand& command) {
     return to_int(ExitCode::fine);
 }
 
+int motion_of(const MotionCommand& command, const CLI::App& sub) {
+    const bool is_recorded = sub.count("--poses") + sub.count("--trajectory") > 0;
+    for (const auto& [name, text, type] : kRecordedOptions) {
+        refuse_if(!is_recorded && sub.count(name) > 0, "{} requires --poses or --trajectory", name);
+    }
+    return is_recorded ? continue_in_python(sub) : motion(command);
+}
+
 }  // namespace
 
 void add_motion_command(CLI::App* sub, Action& action) {
@@ -218,11 +244,18 @@ void add_motion_command(CLI::App* sub, Action& action) {
     sub->add_option("--rate-hz", c->rate_hz, "Updates per second")->capture_default_str();
     sub->add_option("--gap", c->gap_s, "Processing and multiplexing gap that lengthens each update, s")->capture_default_str();
     sub->add_option("--duration", c->duration_s, "Duration, s")->capture_default_str();
-    file_name(sub->add_option("--out", c->out, "All updates as CSV; - is standard output"));
+    file_name(
+        sub->add_option("--out", c->out, "All updates as CSV, - is standard output; of --poses: the poses without motion error"));
+    for (const auto& [name, text, type] : kRecordedOptions) {
+        sub->add_option(name)->description(text)->type_name(type);
+    }
+    sub->add_flag("--smooth")->description("--poses: smooth the poses in --out");
     sub->add_flag("--json", c->json, "Result as JSON");
-    set_examples(sub, {{"example III of the paper, in a closed loop", "tricoil motion --example III --loop closed"},
-                       {"an elevation rate of 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"}});
-    sub->callback([c, &action] { action = [c] { return motion(*c); }; });
+    set_examples(
+        sub, {{"example III of the paper, in a closed loop", "tricoil motion --example III --loop closed"},
+              {"an elevation rate of 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"},
+              {"recorded poses of a LIBERTY", "tricoil motion --poses poses.csv --timing liberty --out corrected.csv"}});
+    sub->callback([c, sub, &action] { action = [c, sub] { return motion_of(*c, *sub); }; });
 }
 
 }  // namespace tricoil::host

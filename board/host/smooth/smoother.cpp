@@ -97,6 +97,7 @@ SmoothedPose Smoother::reported(const Step& step, const tracking::scaat::State<d
     tracking::clear_unknown_position(pose);
     result.velocity_m_s = in_source_frame(smoothed.velocity_m_s, tracker);
     result.rate_rad_s = in_source_frame(smoothed.rate_rad_s, tracker);
+    result.rate_covariance = kCovarianceShare * smoothed.covariance.bottomRightCorner<6, 6>();
     return result;
 }
 

@@ -11,8 +11,9 @@ namespace tricoil::host {
 /// Pose and rates from the columns before and after it. Covariance, flags: see Smoother.
 struct SmoothedPose {
     tracking::PoseEstimate<double> pose;
-    Vec3<double> velocity_m_s = Vec3<double>::Zero();  // source frame
-    Vec3<double> rate_rad_s = Vec3<double>::Zero();    // angular rate, source frame
+    Vec3<double> velocity_m_s = Vec3<double>::Zero();     // source frame
+    Vec3<double> rate_rad_s = Vec3<double>::Zero();       // angular rate, source frame
+    Mat6<double> rate_covariance = Mat6<double>::Zero();  // of both; frame of corrected columns
 };
 
 /// Rauch, Tung and Striebel (1965, AIAA Journal 3(8)) for one sensor. Memory is bounded: poses are smoothed in pieces, each with

@@ -16,22 +16,30 @@ from ._dynamic import verify
 from ._flags import Flag
 from ._model import COUPLING_CONSTANT, couplings, solve
 from ._motion import error_budget, motion
+from ._motion_along import motion_along
+from ._motion_error import CorrectedPoses, MotionError, motion_error
 from ._pivot import pivot
 from ._poses import Poses, read_poses
 from ._run import Run, load, run
 from ._source import Pose, Source, open  # noqa: A004: named like its use, tricoil.open()
 from ._sweep import sweep
+from ._timing import NAMES as TIMINGS
+from ._timing import Timing
 from ._tracker import Filter
 from ._tricoil import __version__
 
 __all__ = [
     "COUPLING_CONSTANT",
+    "CorrectedPoses",
     "Filter",
     "Flag",
+    "MotionError",
     "Pose",
     "Poses",
     "Run",
     "Source",
+    "TIMINGS",
+    "Timing",
     "__version__",
     "calibrate",
     "command",
@@ -40,6 +48,8 @@ __all__ = [
     "evaluate",
     "load",
     "motion",
+    "motion_along",
+    "motion_error",
     "open",
     "pivot",
     "read_poses",

@@ -42,6 +42,13 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
         raise ValueError(f"help: see `tricoil {name} --help`")
     if name == "evaluate" and options.get("dynamic"):
         return evaluate(arguments, **options)
+    if name == "motion" and {"poses", "trajectory"} & options.keys():
+        from . import _motion_command
+
+        try:
+            return _motion_command.run(**options)[0]
+        except _motion_command.PoseError as error:
+            raise ValueError(own_names(str(error))) from None
     words = [*name.split(), *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
     try:
         _, text = _tricoil.command(words if arguments else words[:-1])

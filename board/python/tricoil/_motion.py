@@ -1,10 +1,14 @@
 """Movement-induced errors: the paper's examples, and the error budget of a pose."""
 
+import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _tricoil
-from ._model import _finite, _three
+from ._model import COUPLING_CONSTANT, _finite, _three, couplings, solve
 from ._progress import bar
+
+
+LARGEST = 1e9  # of the numbers of error_budget()
 
 
 def motion(
@@ -57,13 +61,28 @@ def error_budget(
     rotation_rad (3D, RMS). With tdm a pose is solved after each column, and the skew depends on the coil that was measured last: the
     terms are the RMS over the three coils.
     """
-    return _tricoil.error_budget(
-        _vector("position_m", position_m),
-        _vector("velocity_m_s", velocity_m_s),
-        _vector("angular_rate_rad_s", angular_rate_rad_s),
-        float(noise_ratio),
-        mux,
-        float(rate_hz),
-        solver,
-        float(latency_s),
-    )
+    numbers = np.array([rate_hz, noise_ratio, latency_s], dtype=float)
+    if not (np.all(numbers >= 0) and np.all(numbers <= LARGEST) and rate_hz > 0):
+        raise ValueError("rate_hz must be positive; noise_ratio and latency_s zero or more; all at most 1e9")
+    if mux not in ("tdm", "fdm"):
+        raise ValueError(f"mux must be tdm or fdm; is '{mux}'")
+    position = np.array(_vector("position_m", position_m))
+    if not position.any():
+        raise ValueError("position_m must not be zero")
+    motion = np.concatenate((position, (1, 0, 0, 0), _vector("velocity_m_s", velocity_m_s), _vector("angular_rate_rad_s", angular_rate_rad_s), np.zeros(6)))
+    ages = np.zeros((1, 3)) if mux == "fdm" else np.array([[2, 1, 0], [0, 2, 1], [1, 0, 2]]) / (3 * rate_hz)  # of each coil, by the newest
+    window_s = 1 / rate_hz if mux == "fdm" else 1 / (3 * rate_hz)
+    errors = _tricoil.systematic_errors(np.tile(motion, (len(ages), 1)), ages, 1 / rate_hz, window_s, float(latency_s), solver)
+    strength = COUPLING_CONSTANT / np.linalg.norm(position) ** 3
+    noise = np.diag(solve(couplings(position), 1.0)["covariance"]) * (noise_ratio * strength) ** 2
+    terms = {name: errors[:, row] for row, name in enumerate(("linearization", "frame_propagation", "skew", "blur", "latency"))}
+    squares = {name: (_squares(term[:, :3]), _squares(term[:, 3:])) for name, term in terms.items()}
+    squares["noise"] = (noise[:3].sum(), noise[3:].sum())
+    systematic = errors.sum(axis=1)
+    squares["total"] = (_squares(systematic[:, :3]) + noise[:3].sum(), _squares(systematic[:, 3:]) + noise[3:].sum())
+    return {name: {"position_m": float(np.sqrt(position)), "rotation_rad": float(np.sqrt(rotation))} for name, (position, rotation) in squares.items()}
+
+
+def _squares(vectors):
+    """Mean of the squared lengths."""
+    return np.mean(np.sum(vectors**2, axis=1))

@@ -46,7 +46,17 @@ def evaluate(options, files):
     sys.stdout.flush()
 
 
-COMMANDS = {"evaluate": evaluate}
+def motion(options, files):
+    from tricoil import _motion_command
+
+    as_json = options.pop("json", False)
+    result, text = _motion_command.run(**options)
+    if options.get("out") != "-":
+        sys.stdout.write(json.dumps(result, indent=2, allow_nan=False) + "\n" if as_json else text)
+    sys.stdout.flush()
+
+
+COMMANDS = {"evaluate": evaluate, "motion": motion}
 
 
 def main():

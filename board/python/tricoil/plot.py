@@ -10,18 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._flags import Flag
+from ._motion_error import MotionError
 from ._run import Run
+
+MOST_POINTS = 4000  # of a curve
+BINS = 15  # with equal numbers of poses
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def _figure(rows: int, title: str):
+def _figure(rows: int, title: str, shared: bool = True):
     from matplotlib.figure import Figure  # not pyplot: no window, no global state
 
     figure = Figure(figsize=(9, 2.4 * rows), layout="constrained")
     figure.suptitle(title)
-    return figure, figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+    return figure, figure.subplots(rows, 1, sharex=shared, squeeze=False)[:, 0]
 
 
 def _shade_invalid(axes, poses: NDArray) -> None:
@@ -70,4 +74,33 @@ def motion(updates: NDArray, title: str = "") -> "Figure":
         axes.set_ylabel(f"error of {label}")
     rows[0].legend(loc="upper right", ncols=2)
     rows[-1].set_xlabel("time, s")
+    return figure
+
+
+def motion_error(result: MotionError) -> "Figure":
+    """Predicted motion error by speed, angular rate and range, with bands from the 10th to the 90th percentile, and over time with its deviation."""
+    from ._motion_command import TITLES
+
+    rows = result.rows[result.rows["is_predicted"]]
+    error_mm = 1e3 * np.linalg.norm(rows["total"][:, :3], axis=1)
+    deviation_mm = 1e3 * np.linalg.norm(rows["total_deviation"][:, :3], axis=1)
+    figure, (by_time, *others) = _figure(4, f"motion error of {result.corrected.name}, predicted for {result.timing.text}", shared=False)
+    every = max(1, len(rows) // MOST_POINTS)
+    shown = slice(None, None, every)
+    by_time.fill_between(rows["time_s"][shown], (error_mm - deviation_mm).clip(0)[shown], (error_mm + deviation_mm)[shown], color="0.8", lw=0, label="deviation")
+    by_time.plot(rows["time_s"][shown], error_mm[shown], lw=0.8, label="position error")
+    by_time.set_xlabel("time, s")
+    by_time.legend(loc="upper right", ncols=2)
+    for axes, (by, title) in zip(others, TITLES.items()):
+        edges = np.quantile(rows[by], np.linspace(0, 1, BINS + 1))
+        part = np.clip(np.searchsorted(edges, rows[by], side="right") - 1, 0, BINS - 1)
+        filled = [n for n in range(BINS) if np.any(part == n)]
+        middle = [np.median(rows[by][part == n]) for n in filled]
+        low, median, high = np.array([np.percentile(error_mm[part == n], (10, 50, 90)) for n in filled]).T
+        axes.fill_between(middle, low, high, color="0.8", lw=0)
+        axes.plot(middle, median, "o-", ms=3, lw=1)
+        axes.set_xlabel(title)
+    for axes in (by_time, *others):
+        axes.set_ylabel("error, mm")
+        axes.set_ylim(bottom=0)
     return figure
