@@ -1,5 +1,6 @@
 #include "board/support/line_reader.hpp"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "board/support/errors.hpp"
@@ -9,12 +10,58 @@ namespace tricoil::host {
 LineReader::LineReader(const std::string& path) : path_(path) {
     std::error_code error;
     refuse_if(std::filesystem::is_directory(path, error), "{}: is a folder; name a file", path);
-    file_.open(path, std::ios::binary);
+    file_.open(path == "-" ? "/dev/stdin" : path, std::ios::binary);
     if (!file_) {
         throw InputError(path + ": cannot be opened; check the path and its permissions");
     }
     const auto size = std::filesystem::file_size(path, error);
     size_bytes_ = error ? 0 : size;  // a pipe has none
+    try {
+        skip_byte_order_mark();
+    } catch (const std::ios_base::failure& failure) {
+        report(failure);
+    }
+}
+
+bool LineReader::starts_with(std::string_view text) {
+    std::streambuf& bytes = *file_.rdbuf();
+    std::size_t same = 0;
+    for (int c = bytes.sgetc(); c == static_cast<unsigned char>(text[same]) && ++same < text.size();) {
+        c = bytes.snextc();
+    }
+    for (std::size_t n = 1; n < std::min(same + 1, text.size()); ++n) {
+        bytes.sungetc();
+    }
+    return same == text.size();
+}
+
+void LineReader::skip_byte_order_mark() {
+    for (const std::string_view mark : {"\xEF\xBB\xBF", "\xFF\xFE", "\xFE\xFF"}) {
+        if (starts_with(mark)) {
+            is_wide_ = mark.size() == 2;
+            low_first_ = mark.front() == '\xFF';
+            file_.ignore(static_cast<std::streamsize>(mark.size()));
+            return;
+        }
+    }
+}
+
+/// The stream buffer throws if read() fails.
+void LineReader::report(const std::ios_base::failure& failure) const {
+    throw ReadError(path_ + ":" + std::to_string(line_ + 1) + ": cannot be read to its end (" + failure.code().message() +
+                    "); check the disk");
+}
+
+/// The next character; end of file also within one.
+int LineReader::take() {
+    std::streambuf& bytes = *file_.rdbuf();
+    const int first = bytes.sbumpc();
+    if (!is_wide_ || first == std::char_traits<char>::eof()) {
+        return first;
+    }
+    const int second = bytes.sbumpc();
+    const int unit = low_first_ ? first + 256 * second : 256 * first + second;
+    return second == std::char_traits<char>::eof() ? second : unit < 128 ? unit : '?';
 }
 
 bool LineReader::next(std::string& line) {
@@ -38,9 +85,8 @@ void LineReader::refuse_binary(const std::string& line) const {
 bool LineReader::read(std::string& line) {
     line.clear();
     cut_ = false;
-    std::streambuf& bytes = *file_.rdbuf();
     try {
-        for (int c = bytes.sbumpc(); c != '\n'; c = bytes.sbumpc()) {
+        for (int c = take(); c != '\n'; c = take()) {
             if (c == std::char_traits<char>::eof()) {
                 cut_ = true;
                 break;
@@ -50,9 +96,8 @@ bool LineReader::read(std::string& line) {
             }
             line += static_cast<char>(c);
         }
-    } catch (const std::ios_base::failure& failure) {  // the stream buffer throws if read() fails
-        throw ReadError(path_ + ":" + std::to_string(line_ + 1) + ": cannot be read to its end (" + failure.code().message() +
-                        "); check the disk");
+    } catch (const std::ios_base::failure& failure) {
+        report(failure);
     }
     if (cut_ && line.empty()) {
         cut_ = false;

@@ -1,10 +1,12 @@
-// Reads a text file of any length line by line, and distinguishes the end of the file from a read error.
+// Reads a text file of any length line by line, and distinguishes the end of the file from a read error. A byte-order mark is
+// skipped. After that of UTF-16, characters are converted; those beyond ASCII become question marks.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 namespace tricoil::host {
 
@@ -12,7 +14,7 @@ class LineReader {
 public:
     static constexpr std::size_t kLongestLine = std::size_t{1} << 20U;
 
-    /// Throws InputError, naming the path, if it is a folder or cannot be opened.
+    /// Throws InputError, naming the path, if it is a folder or cannot be opened. "-": standard input.
     explicit LineReader(const std::string& path);
 
     /// The next line, without its line feed; false at the end. Throws ReadError if the disk or device fails, InputError for a
@@ -23,6 +25,11 @@ public:
     /// zeros.
     bool next_whole(std::string& line);
 
+    /// True if the text that next() will return starts with this.
+    [[nodiscard]] bool starts_with(std::string_view text);
+
+    [[nodiscard]] const std::string& path() const { return path_; }
+
     /// Part of the file that was read, 0 to 1; 1 if its size is unknown.
     [[nodiscard]] double share() const;
 
@@ -32,6 +39,9 @@ public:
     [[nodiscard]] std::size_t line() const { return line_; }
 
 private:
+    void skip_byte_order_mark();
+    int take();
+    [[noreturn]] void report(const std::ios_base::failure& failure) const;
     bool read(std::string& line);
     void refuse_binary(const std::string& line) const;
 
@@ -41,6 +51,8 @@ private:
     std::uintmax_t read_bytes_ = 0;
     std::size_t line_ = 0;
     bool cut_ = false;
+    bool is_wide_ = false;   // UTF-16
+    bool low_first_ = true;  // of its bytes
 };
 
 /// Reads a small text file completely. Throws like LineReader, and InputError if the file is longer than `most_bytes` or contains

@@ -84,12 +84,12 @@ TEST(Demodulate, NamesEveryErrorWithItsLine) {
     const auto header_end = good.find('\n') + 1;
     const std::string header = good.substr(0, header_end);
     expect("", "is empty");
-    expect("a,b\n", "bad.csv:1: the header must be");
+    expect("a,b\n", "bad.csv:1: no column state; the header must have");
     expect(header, "no samples");
     expect(header + "S1,0,0,1,2,3\n", "bad.csv:2: 6 columns");
     expect(header + "S4,0,0,1,2,3,4\n", "bad.csv:2: state 'S4'");
-    expect(header + "S1,0,0,1,2,nan,4\n", "bad.csv:2: 'nan' is not finite");
-    expect(header + "S1,0,0,1,2,70000,4\n", "bad.csv:2: 70000 is not a whole number");
+    expect(header + "S1,0,0,1,2,nan,4\n", "bad.csv:2: adc2: 'nan' is not finite");
+    expect(header + "S1,0,0,1,2,70000,4\n", "bad.csv:2: adc2: 70000 is not a whole number");
     expect(header + "S1,0,0,1,2,3.5,4\n", "3.5 is not a whole number");
     expect(header + "S1,0,1,1,2,3,4\n", "sample 1 instead of 0");
     expect(good.substr(0, good.size() / 2), "");

@@ -198,7 +198,7 @@ TEST_F(StreamFile, LengthsHaveTheUnitOfTheHeader) {
 
 TEST_F(StreamFile, NamesErrorAndLine) {
     EXPECT_EQ(refusal(lines(30, -1, "")), "");
-    EXPECT_NE(refusal(lines(30, 5, "0.05,0,0\n")).find(":7: 3 fields"), std::string::npos);
+    EXPECT_NE(refusal(lines(30, 5, "0.05,0,0\n")).find(":7: 3 columns"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,nan,1,0,0,0\n")).find(":7"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.01,0,0,1,1,0,0,0\n")).find("time does not increase"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,1,2,0,0,0\n")).find("quaternion"), std::string::npos);

@@ -7,13 +7,13 @@
 #include <map>
 
 #include "board/support/errors.hpp"
-#include "board/support/text_table.hpp"
+#include "board/support/table.hpp"
 
 namespace tricoil::host {
 namespace {
 
 constexpr const char* kHeader = "state,repeat,sample,adc0,adc1,adc2,adc3";
-constexpr std::size_t kFields = 3 + kChannels;
+constexpr std::array kNames{"state", "repeat", "sample", "adc0", "adc1", "adc2", "adc3"};
 
 Excitation parse_state(std::string_view field, const TextPlace& place) {
     for (int j = 0; j < kSourceCoils; ++j) {
@@ -22,13 +22,6 @@ Excitation parse_state(std::string_view field, const TextPlace& place) {
         }
     }
     throw InputError(fmt::format("{}: state '{}' is not S1, S2 or S3", place.str(), field.substr(0, 24)));
-}
-
-std::int64_t parse_integer(std::string_view field, const TextPlace& place, std::int64_t low, std::int64_t high) {
-    const double value = parse_number(field, place);
-    refuse_if(value != std::floor(value) || value < static_cast<double>(low) || value > static_cast<double>(high),
-              "{}: {} is not a whole number from {} to {}", place, field, low, high);
-    return static_cast<std::int64_t>(value);
 }
 
 void check_block(const CapturedBlock& block, const Capture& capture, const TextPlace& place) {
@@ -71,39 +64,36 @@ void centre(Capture& capture, int bits) {
 
 Capture read_capture(const std::string& path, int bits) {
     refuse_if(bits < kFewestBits || bits > kMostBits, "--bits: {} is not possible; give {} to {}", bits, kFewestBits, kMostBits);
-    const auto lines = read_lines(path);
-    refuse_if(lines.front() != kHeader, "{}:1: the header must be {}", path, kHeader);
+    Table table(path);
+    std::array<std::size_t, kNames.size()> columns;
+    std::ranges::transform(kNames, columns.begin(), [&](const char* name) { return table.column(name, kHeader); });
     Capture capture;
-    const std::int64_t limit = (std::int64_t{1} << bits) - 1;
-    for (std::size_t i = 1; i < lines.size(); ++i) {
-        const TextPlace place{path, i + 1};
-        if (lines[i].empty()) {
-            continue;
-        }
-        const auto fields = split(lines[i], ',');
-        refuse_if(fields.size() != kFields, "{}: {} columns; {} are needed", place, fields.size(), kFields);
-        const Excitation state = parse_state(fields[0], place);
-        const auto repeat = static_cast<int>(parse_integer(fields[1], place, 0, 1'000'000));
+    const int limit = static_cast<int>((std::int64_t{1} << bits) - 1);
+    std::size_t last_line = 0;
+    for (; table.next(); last_line = table.place().line) {
+        const Excitation state = parse_state(table.cells()[columns[0]], table.place());
+        const int repeat = table.whole(columns[1], 0, 1'000'000);
         const bool new_block =
             capture.blocks.empty() || capture.blocks.back().state != state || capture.blocks.back().repeat != repeat;
         if (new_block) {
             if (!capture.blocks.empty()) {
-                check_block(capture.blocks.back(), capture, {path, i});
+                check_block(capture.blocks.back(), capture, {path, last_line});
             }
             capture.blocks.push_back({state, repeat, {}});
         }
         auto& samples = capture.blocks.back().samples;
-        const auto index = static_cast<std::int64_t>(samples.size());
-        refuse_if(parse_integer(fields[2], place, 0, 1'000'000) != index,
-                  "{}: sample {} instead of {}; samples are missing or out of order", place, fields[2], index);
+        const int sample_number = table.whole(columns[2], 0, 1'000'000);
+        refuse_if(sample_number != static_cast<int>(samples.size()),
+                  "{}: sample {} instead of {}; samples are missing or out of order", table.place(), sample_number,
+                  samples.size());
         Sample sample;
         for (std::size_t c = 0; c < kChannels; ++c) {
-            sample[c] = static_cast<std::int32_t>(parse_integer(fields[3 + c], place, -limit / 2 - 1, limit));
+            sample[c] = table.whole(columns[3 + c], -limit / 2 - 1, limit);
         }
         samples.push_back(sample);
     }
     refuse_if(capture.blocks.empty(), "{}: holds a header but no samples", path);
-    check_block(capture.blocks.back(), capture, {path, lines.size()});
+    check_block(capture.blocks.back(), capture, {path, last_line});
     check_states(capture, path);
     centre(capture, bits);
     return capture;

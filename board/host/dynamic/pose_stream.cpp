@@ -9,7 +9,6 @@
 #include "board/pose_text/pose_table.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/statistics.hpp"
-#include "board/support/text_table.hpp"
 #include "core/geometry/quaternion_sign.hpp"
 #include "core/geometry/rotations.hpp"
 
@@ -23,7 +22,8 @@ constexpr double kGap = 4;  // a longer pause is a gap, in median sample interva
 }  // namespace
 
 PoseStream PoseStream::read(const std::string& path) {
-    PoseTable table(path, read_lines(path));
+    Table rows(path);
+    PoseTable table(rows);
     const bool has_us = table.has("time_us");
     refuse_if(!has_us && !table.has("time_s"), "{}:1: no column time_us or time_s in the header", path);
     std::vector<TimedPose> poses;
