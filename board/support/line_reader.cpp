@@ -1,29 +1,39 @@
 #include "board/support/line_reader.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <thread>
 
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {
+namespace {
 
-LineReader::LineReader(const std::string& path) : path_(path) {
+constexpr std::chrono::milliseconds kFollowInterval{20};
+
+}  // namespace
+
+LineReader::LineReader(const std::string& path, bool follows) : path_(path) {
     std::error_code error;
     refuse_if(std::filesystem::is_directory(path, error), "{}: is a folder; name a file", path);
-    file_.open(path == "-" ? "/dev/stdin" : path, std::ios::binary);
+    const std::string place = path == "-" ? "/dev/stdin" : path;
+    file_.open(place, std::ios::binary);
     if (!file_) {
         throw InputError(path + ": cannot be opened; check the path and its permissions");
     }
-    const auto size = std::filesystem::file_size(path, error);
+    const auto size = std::filesystem::file_size(place, error);
     size_bytes_ = error ? 0 : size;  // a pipe has none
-    try {
-        skip_byte_order_mark();
-    } catch (const std::ios_base::failure& failure) {
-        report(failure);
+    if (follows && !error) {
+        guard_ = std::make_unique<InterruptGuard>();
     }
+    skip_byte_order_mark();
 }
 
 bool LineReader::starts_with(std::string_view text) {
+    if (at_end()) {
+        return false;
+    }
     std::streambuf& bytes = *file_.rdbuf();
     std::size_t same = 0;
     for (int c = bytes.sgetc(); c == static_cast<unsigned char>(text[same]) && ++same < text.size();) {
@@ -52,16 +62,33 @@ void LineReader::report(const std::ios_base::failure& failure) const {
                     "); check the disk");
 }
 
-/// The next character; end of file also within one.
-int LineReader::take() {
+bool LineReader::at_end() {
     std::streambuf& bytes = *file_.rdbuf();
-    const int first = bytes.sbumpc();
-    if (!is_wide_ || first == std::char_traits<char>::eof()) {
-        return first;
+    try {
+        while (bytes.sgetc() == std::char_traits<char>::eof()) {
+            if (!guard_ || guard_->interrupted()) {
+                return true;
+            }
+            std::this_thread::sleep_for(kFollowInterval);
+        }
+    } catch (const std::ios_base::failure& failure) {
+        report(failure);
     }
-    const int second = bytes.sbumpc();
+    return false;
+}
+
+int LineReader::take() {
+    constexpr int kEnd = std::char_traits<char>::eof();
+    if (at_end()) {
+        return kEnd;
+    }
+    const int first = file_.rdbuf()->sbumpc();
+    if (!is_wide_ || at_end()) {
+        return is_wide_ ? kEnd : first;
+    }
+    const int second = file_.rdbuf()->sbumpc();
     const int unit = low_first_ ? first + 256 * second : 256 * first + second;
-    return second == std::char_traits<char>::eof() ? second : unit < 128 ? unit : '?';
+    return unit < 128 ? unit : '?';
 }
 
 bool LineReader::next(std::string& line) {
@@ -85,19 +112,15 @@ void LineReader::refuse_binary(const std::string& line) const {
 bool LineReader::read(std::string& line) {
     line.clear();
     cut_ = false;
-    try {
-        for (int c = take(); c != '\n'; c = take()) {
-            if (c == std::char_traits<char>::eof()) {
-                cut_ = true;
-                break;
-            }
-            if (line.size() == kLongestLine) {
-                throw InputError(fmt::format("{}:{}: the line is longer than 1 MiB; a text file is needed", path_, line_ + 1));
-            }
-            line += static_cast<char>(c);
+    for (int c = take(); c != '\n'; c = take()) {
+        if (c == std::char_traits<char>::eof()) {
+            cut_ = true;
+            break;
         }
-    } catch (const std::ios_base::failure& failure) {
-        report(failure);
+        if (line.size() == kLongestLine) {
+            throw InputError(fmt::format("{}:{}: the line is longer than 1 MiB; a text file is needed", path_, line_ + 1));
+        }
+        line += static_cast<char>(c);
     }
     if (cut_ && line.empty()) {
         cut_ = false;

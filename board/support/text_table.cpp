@@ -22,22 +22,14 @@ std::string_view trim(std::string_view text) {
 
 std::vector<std::string_view> split(std::string_view line, char separator) {
     std::vector<std::string_view> fields;
-    if (separator != ' ') {
-        for (std::size_t begin = 0;;) {
-            const auto end = line.find(separator, begin);
-            fields.push_back(trim(line.substr(begin, end - begin)));
-            if (end == std::string_view::npos) {
-                return fields;
-            }
-            begin = end + 1;
+    for (std::size_t begin = 0;;) {
+        const auto end = line.find(separator, begin);
+        fields.push_back(trim(line.substr(begin, end - begin)));
+        if (end == std::string_view::npos) {
+            return fields;
         }
+        begin = end + 1;
     }
-    for (std::size_t begin = line.find_first_not_of(" \t"); begin != std::string_view::npos;) {
-        const auto end = line.find_first_of(" \t", begin);
-        fields.push_back(line.substr(begin, end - begin));
-        begin = end == std::string_view::npos ? end : line.find_first_not_of(" \t", end);
-    }
-    return fields;
 }
 
 std::string shown(std::string_view field) {

@@ -19,7 +19,7 @@ struct TextPlace {
     [[nodiscard]] std::string str() const { return path + ":" + std::to_string(line); }
 };
 
-/// Fields of a line, split at `separator`. A space splits at any run of blanks.
+/// Fields of a line, split at `separator`, without the blanks around them.
 std::vector<std::string_view> split(std::string_view line, char separator);
 
 /// The number, if all of `text` is one. `base`: of integers.

@@ -179,9 +179,11 @@ std::vector<Reader> readers() {
     };
     const auto blocks = [](const std::string& path) {
         std::string text;
-        const Capture read = read_capture(path, 16);
-        for (const auto& block : read.blocks) {
-            text += fmt::format("{} {} {} ", coil_index(block.state), block.repeat, block.samples);
+        CaptureForm form;
+        form.columns = {"adc0", "adc1", "adc2", "adc3"};
+        CaptureReader capture(path, form);
+        for (CapturedBlock block; capture.next(block, 1);) {
+            text += fmt::format("{} {} {} ", block.coil, block.repeat, fmt::join(block.values, " "));
         }
         return text;
     };

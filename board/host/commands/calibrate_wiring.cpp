@@ -30,6 +30,9 @@ int check_wiring(const WiringCommand& command) {
             "parallel to those of the source?\n");
         return to_int(ExitCode::check_failed);
     }
+    if (!straight) {
+        print_notice("tricoil: the wiring is not straight: exchange and reverse the coils as above\n");
+    }
     return to_int(straight ? ExitCode::fine : ExitCode::check_failed);
 }
 
