@@ -88,7 +88,7 @@ std::optional<Row> row_of_csv(const std::vector<std::string_view>& fields, const
         if (columns[n] < 0 || columns[n] == kKind || fields[n].empty()) {
             continue;
         }
-        const auto value = host::number_from<double>(fields[n]);
+        const auto value = host::cell_number(fields[n]);
         if (!value) {
             throw host::InputError(
                 fmt::format("{}, '{}', is not a number", kNames[static_cast<std::size_t>(columns[n])], shortened(fields[n])));
@@ -154,13 +154,16 @@ std::optional<TextFrame> TextRows::parse(std::string_view line) {
     if (line.starts_with(kByteOrderMark)) {
         line.remove_prefix(kByteOrderMark.size());
     }
-    if (line.find_first_not_of(" \t,") == std::string_view::npos || line.front() == '#') {
+    const std::size_t begin = line.find_first_not_of(" \t\r,;\"");
+    if (begin == std::string_view::npos || line[begin] == '#') {
         return std::nullopt;
     }
     if (line.front() == '{') {
         return frame_of(row_of_json(line));
     }
-    const auto fields = host::split(line, ',');
+    separator_ = columns_.empty() ? host::separator_of(line) : separator_;
+    std::vector<std::string_view> fields;
+    host::split_cells(line, separator_, fields);
     if (std::any_of(fields.begin(), fields.end(), [](std::string_view field) { return index_of(field) >= 0; })) {
         columns_.resize(fields.size());
         std::transform(fields.begin(), fields.end(), columns_.begin(), index_of);

@@ -1,4 +1,4 @@
-// Lines of text with couplings: objects of JSON, or rows of CSV below a line of names.
+// Lines of text with couplings: objects of JSON, or rows of a table below a line of names.
 #pragma once
 
 #include <array>
@@ -37,6 +37,7 @@ public:
     std::optional<TextFrame> parse(std::string_view line);
 
 private:
+    char separator_ = ',';
     std::vector<int> columns_;  // index of the name of each field; -1: ignored. Empty: no names yet
 };
 

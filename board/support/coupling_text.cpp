@@ -20,48 +20,51 @@ std::string matrix_text(const Mat3<double>& matrix) {
 
 namespace {
 
-Mat3<double> parse_matrix(std::span<const std::string_view> fields, const TextPlace& place) {
+constexpr std::string_view kExpected =
+    "x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j), optionally q11,...,q33 and a11,...,a33,gain_step";
+
+}  // namespace
+
+std::array<std::size_t, kCouplings> matrix_columns(const Table& table, std::string_view form, std::string_view expected) {
+    std::array<std::size_t, kCouplings> columns;
+    for (std::size_t k = 0; k < kCouplings; ++k) {
+        columns[k] = table.column(fmt::format(fmt::runtime(form), k / 3 + 1, k % 3 + 1), expected);
+    }
+    return columns;
+}
+
+Mat3<double> matrix_of(const Table& table, const std::array<std::size_t, kCouplings>& columns) {
     Mat3<double> matrix;
-    for (std::size_t k = 0; k < fields.size(); ++k) {
-        matrix(static_cast<Index>(k / 3), static_cast<Index>(k % 3)) = parse_number(fields[k], place);
+    for (std::size_t k = 0; k < kCouplings; ++k) {
+        matrix(static_cast<Index>(k / 3), static_cast<Index>(k % 3)) = table.number(columns[k]);
     }
     return matrix;
 }
 
-SignalLevels parse_levels(std::span<const std::string_view> fields, const TextPlace& place) {
-    const double step = parse_number(fields.back(), place);
-    refuse_if(!(step >= 0 && step < static_cast<double>(signal::kMaxGainSteps) && step == std::floor(step)),
-              "{}: gain_step must be a whole number from 0 to {}", place, signal::kMaxGainSteps - 1);
-    const SignalLevels levels{parse_matrix(fields.first(kCouplings), place), static_cast<int>(step)};
-    refuse_if(!(levels.share.minCoeff() >= 0 && levels.share.maxCoeff() <= 1),
-              "{}: a level (a11 to a33) is not a share of full scale, 0 to 1", place);
-    return levels;
+CouplingColumns::CouplingColumns(const Table& table)
+    : table_(table), x_(matrix_columns(table, table.has("m11") ? "m{}{}" : "x{}{}", kExpected)) {
+    if (table.has("q11")) {
+        quadrature_ = matrix_columns(table, "q{}{}", kExpected);
+    }
+    if (table.has("a11")) {
+        levels_ = matrix_columns(table, "a{}{}", kExpected);
+        gain_step_ = table.column("gain_step", kExpected);
+    }
 }
 
-}  // namespace
-
-std::size_t take_coupling_fields(std::string_view& header) {
-    std::size_t fields = kCouplings;
-    const auto take = [&](std::string_view columns, std::size_t count) {
-        const bool has = header.ends_with(columns);
-        header.remove_suffix(has ? columns.size() : 0);
-        fields += has ? count : 0;
-    };
-    take(kLevelColumns, kCouplings + 1);
-    take(kQuadratureColumns, kCouplings);
-    return fields;
-}
-
-CouplingFrame parse_couplings(std::span<const std::string_view> fields, const TextPlace& place) {
-    CouplingFrame couplings{parse_matrix(fields.first(kCouplings), place)};
-    fields = fields.subspan(kCouplings);
-    if (fields.size() == kCouplings || fields.size() > kCouplings + 1) {
-        couplings.quadrature = parse_matrix(fields.first(kCouplings), place);
-        fields = fields.subspan(kCouplings);
+CouplingFrame CouplingColumns::read() const {
+    CouplingFrame couplings{matrix_of(table_, x_)};
+    if (quadrature_) {
+        couplings.quadrature = matrix_of(table_, *quadrature_);
     }
-    if (!fields.empty()) {
-        couplings.levels = parse_levels(fields, place);
+    if (levels_) {
+        const int step = table_.whole(gain_step_, 0, static_cast<int>(signal::kMaxGainSteps) - 1);
+        couplings.levels = {matrix_of(table_, *levels_), step};
+        const Mat3<double>& share = couplings.levels->share;
+        refuse_if(!(share.minCoeff() >= 0 && share.maxCoeff() <= 1),
+                  "{}: a level (a11 to a33) is not a share of full scale, 0 to 1", table_.place());
     }
+    check_couplings(couplings, table_.place());
     return couplings;
 }
 

@@ -1,14 +1,15 @@
 // Couplings in text files.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 
-#include "board/support/text_table.hpp"
+#include "board/support/table.hpp"
 #include "core/linear/matrix.hpp"
+#include "core/signal/excitation.hpp"
 
 namespace tricoil::host {
 
@@ -43,13 +44,29 @@ struct CouplingFrame {
     [[nodiscard]] bool has_known_levels() const { return levels && levels->known(); }
 };
 
-/// Removes kQuadratureColumns, kLevelColumns or both from the end of a header. Returns the number of fields of the
-/// couplings and of the columns that were removed.
-std::size_t take_coupling_fields(std::string_view& header);
+/// Columns of the nine elements of a matrix, row by row. `form`: of their names, {0} row, {1} column. Throws like Table::column.
+std::array<std::size_t, kCouplings> matrix_columns(const Table& table, std::string_view form, std::string_view expected);
+Mat3<double> matrix_of(const Table& table, const std::array<std::size_t, kCouplings>& columns);
 
-/// Fields (i, j), row by row: as many as take_coupling_fields() returns. Throws InputError, naming the place, for a field that is
-/// not a finite number, a level that is not 0 to 1, and a gain step that does not exist.
-CouplingFrame parse_couplings(std::span<const std::string_view> fields, const TextPlace& place);
+/// Couplings in a table: x11 to x33 (or m11 to m33) and, if their first is there, all quadratures and levels; in any order.
+class CouplingColumns {
+public:
+    /// Throws InputError for a missing or repeated column.
+    explicit CouplingColumns(const Table& table);
+
+    [[nodiscard]] static bool in(const Table& table) { return table.has("x11") || table.has("m11"); }
+
+    /// Of this row. Throws InputError, naming the place, for a cell that is not a finite number, a level that is not 0 to 1, a
+    /// gain step that does not exist, and like check_couplings.
+    [[nodiscard]] CouplingFrame read() const;
+
+private:
+    const Table& table_;
+    std::array<std::size_t, kCouplings> x_;
+    std::optional<std::array<std::size_t, kCouplings>> quadrature_;
+    std::optional<std::array<std::size_t, kCouplings>> levels_;
+    std::size_t gain_step_ = 0;  // with levels_
+};
 
 /// Throws InputError, naming the place, for couplings that are zero or have rank below three.
 void check_couplings(const CouplingFrame& couplings, const TextPlace& place);

@@ -1,20 +1,94 @@
 #include "board/support/line_reader.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <thread>
 
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {
+namespace {
 
-LineReader::LineReader(const std::string& path) : path_(path) {
+constexpr std::chrono::milliseconds kFollowInterval{20};
+
+}  // namespace
+
+LineReader::LineReader(const std::string& path, bool follows) : path_(path) {
     std::error_code error;
     refuse_if(std::filesystem::is_directory(path, error), "{}: is a folder; name a file", path);
-    file_.open(path, std::ios::binary);
+    const std::string place = path == "-" ? "/dev/stdin" : path;
+    file_.open(place, std::ios::binary);
     if (!file_) {
         throw InputError(path + ": cannot be opened; check the path and its permissions");
     }
-    const auto size = std::filesystem::file_size(path, error);
+    const auto size = std::filesystem::file_size(place, error);
     size_bytes_ = error ? 0 : size;  // a pipe has none
+    if (follows && !error) {
+        guard_ = std::make_unique<InterruptGuard>();
+    }
+    skip_byte_order_mark();
+}
+
+bool LineReader::starts_with(std::string_view text) {
+    if (at_end()) {
+        return false;
+    }
+    std::streambuf& bytes = *file_.rdbuf();
+    std::size_t same = 0;
+    for (int c = bytes.sgetc(); c == static_cast<unsigned char>(text[same]) && ++same < text.size();) {
+        c = bytes.snextc();
+    }
+    for (std::size_t n = 1; n < std::min(same + 1, text.size()); ++n) {
+        bytes.sungetc();
+    }
+    return same == text.size();
+}
+
+void LineReader::skip_byte_order_mark() {
+    for (const std::string_view mark : {"\xEF\xBB\xBF", "\xFF\xFE", "\xFE\xFF"}) {
+        if (starts_with(mark)) {
+            is_wide_ = mark.size() == 2;
+            low_first_ = mark.front() == '\xFF';
+            file_.ignore(static_cast<std::streamsize>(mark.size()));
+            return;
+        }
+    }
+}
+
+/// The stream buffer throws if read() fails.
+void LineReader::report(const std::ios_base::failure& failure) const {
+    throw ReadError(path_ + ":" + std::to_string(line_ + 1) + ": cannot be read to its end (" + failure.code().message() +
+                    "); check the disk");
+}
+
+bool LineReader::at_end() {
+    std::streambuf& bytes = *file_.rdbuf();
+    try {
+        while (bytes.sgetc() == std::char_traits<char>::eof()) {
+            if (!guard_ || guard_->interrupted()) {
+                return true;
+            }
+            std::this_thread::sleep_for(kFollowInterval);
+        }
+    } catch (const std::ios_base::failure& failure) {
+        report(failure);
+    }
+    return false;
+}
+
+int LineReader::take() {
+    constexpr int kEnd = std::char_traits<char>::eof();
+    if (at_end()) {
+        return kEnd;
+    }
+    const int first = file_.rdbuf()->sbumpc();
+    if (!is_wide_ || at_end()) {
+        return is_wide_ ? kEnd : first;
+    }
+    const int second = file_.rdbuf()->sbumpc();
+    const int unit = low_first_ ? first + 256 * second : 256 * first + second;
+    return unit < 128 ? unit : '?';
 }
 
 bool LineReader::next(std::string& line) {
@@ -38,21 +112,15 @@ void LineReader::refuse_binary(const std::string& line) const {
 bool LineReader::read(std::string& line) {
     line.clear();
     cut_ = false;
-    std::streambuf& bytes = *file_.rdbuf();
-    try {
-        for (int c = bytes.sbumpc(); c != '\n'; c = bytes.sbumpc()) {
-            if (c == std::char_traits<char>::eof()) {
-                cut_ = true;
-                break;
-            }
-            if (line.size() == kLongestLine) {
-                throw InputError(fmt::format("{}:{}: the line is longer than 1 MiB; a text file is needed", path_, line_ + 1));
-            }
-            line += static_cast<char>(c);
+    for (int c = take(); c != '\n'; c = take()) {
+        if (c == std::char_traits<char>::eof()) {
+            cut_ = true;
+            break;
         }
-    } catch (const std::ios_base::failure& failure) {  // the stream buffer throws if read() fails
-        throw ReadError(path_ + ":" + std::to_string(line_ + 1) + ": cannot be read to its end (" + failure.code().message() +
-                        "); check the disk");
+        if (line.size() == kLongestLine) {
+            throw InputError(fmt::format("{}:{}: the line is longer than 1 MiB; a text file is needed", path_, line_ + 1));
+        }
+        line += static_cast<char>(c);
     }
     if (cut_ && line.empty()) {
         cut_ = false;

@@ -1,4 +1,4 @@
-// Strict reader for text files of numbers. Every error message names file and line.
+// Numbers and cells in text. Every error message names file and line.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,10 +13,6 @@
 
 namespace tricoil::host {
 
-/// Lines of a text file, without line feeds. Throws InputError if the file cannot be opened, is empty, too long or not text,
-/// ReadError if the disk fails.
-std::vector<std::string> read_lines(const std::string& path);
-
 /// Place of a text in a file, for messages.
 struct TextPlace {
     const std::string& path;
@@ -24,7 +20,7 @@ struct TextPlace {
     [[nodiscard]] std::string str() const { return path + ":" + std::to_string(line); }
 };
 
-/// Fields of a line, split at `separator`. A space splits at any run of blanks.
+/// Fields of a line, split at `separator`, without the blanks around them.
 std::vector<std::string_view> split(std::string_view line, char separator);
 
 /// The two sides of KEY=VALUE. Throws InputError that begins with `owner` unless there is a '='.
@@ -40,6 +36,18 @@ std::optional<Number> number_from(std::string_view text, Base... base) {
 
 /// Throws InputError unless `field` is exactly one finite number.
 double parse_number(std::string_view field, const TextPlace& place);
+
+/// Separator of the cells of a table, from its first row: semicolon, tab, comma or blank (any run of blanks).
+char separator_of(std::string_view row);
+
+/// Cells of a row, without the blanks and quotation marks around them. A separator in quotation marks is part of its cell.
+void split_cells(std::string_view row, char separator, std::vector<std::string_view>& cells);
+
+/// The number, if all of `cell` is one. A plus sign and a decimal comma are allowed.
+std::optional<double> cell_number(std::string_view cell);
+
+/// Beginning of a field for a message, with unprintable characters replaced.
+std::string shown(std::string_view field);
 
 }  // namespace tricoil::host
 

@@ -122,9 +122,9 @@ TEST_F(Pointer, FilesWithoutPosesAreNamed) {
     };
     refuse("x_ft,y_ft\n1,2\n", ":1: no column x_m");
     refuse("x_mm,y_mm\n1,2\n", ":1: no column z_mm");
-    refuse(head + "0,1,0\n", ":2: 3 fields; the header has 15");
-    refuse(head + good + "0,1,0,0,x,1,0,0,0,1,1,1,1,1,1\n", ":3: 'x' is not a number");
-    refuse(head + "0,1,0,0,0,2,0,0,0,1,1,1,1,1,1\n", ":2: quaternion has length 2.000");
+    refuse(head + "0,1,0\n", ":2: 3 columns; 15 are needed, as in line 1");
+    refuse(head + good + "0,1,0,0,x,1,0,0,0,1,1,1,1,1,1\n", ":3: z_m: 'x' is not a number");
+    refuse(head + "0,1,0,0,0,2,0,0,0,1,1,1,1,1,1\n", ":2: quaternion has length 2, not 1");
     refuse(head + "0,1,0,0,0,1,0,0,0,1,1,-1,1,1,1\n", ":2: a standard deviation is negative");
     refuse(head + "7,1,0,0,0,1,0,0,0,1,1,1,1,1,1\n", ":2: sensor 7 must be 0 to 3");
     refuse(head + good + "1" + good.substr(1), ": has poses of sensors 0, 1; select that of the pointer with --sensor");

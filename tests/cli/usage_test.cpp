@@ -142,8 +142,8 @@ TEST(Usage, UnexpectedWordsAreNamedOnce) {
     expect_usage_error("run one two", "unexpected argument 'one'; see tricoil run --help");
     expect_usage_error("demodulate c.csv --carier-hz 1e4 --rate-hz 2e5",
                        "unknown option '--carier-hz'; did you mean '--carrier-hz'?");
-    expect_usage_error("demodulate c.csv --rate-hz 2e5", "--carrier-hz is required (NUMBER: Frequency of the excitation)");
-    expect_usage_error("demodulate --carrier-hz 1e4 --rate-hz 2e5", "CAPTURE is required (CSV:");
+    expect_usage_error("demodulate c.csv --rate-hz 2e5", "--carrier-hz is required (");
+    expect_usage_error("demodulate --carrier-hz 1e4 --rate-hz 2e5", "CAPTURE is required (WAV file, or table");
     expect_usage_error("run --out --json", "--out needs a value: FILE; see tricoil run --help");
     expect_usage_error("run --duration 1 --out", "--out needs a value: FILE");
     expect_usage_error("run --out= --json", "--out needs a value: FILE");

@@ -136,11 +136,11 @@ TEST_F(Couplings, BadFilesAreRefused) {
     low_ = write_file("low.csv", "");
     expect_refused("is empty");
     low_ = write_file("low.csv", "a,b\n1,2\n");
-    expect_refused("low.csv:1: the header must be source1_sensor1");
+    expect_refused("low.csv:1: no column source1_sensor1; the header must have source1_sensor1");
     std::string text = csv(data_.low);
     const auto third = text.find('\n', text.find('\n') + 1) + 1;
     low_ = write_file("low.csv", text.substr(0, third) + "nan" + text.substr(text.find(',', third)));
-    expect_refused("low.csv:3: 'nan' is not finite");
+    expect_refused("low.csv:3: source1_sensor1: 'nan' is not finite");
     low_ = write_file("low.csv", text.substr(0, third) + "1,2,3\n" + text.substr(text.find('\n', third) + 1));
     expect_refused("low.csv:3: 3 columns; 9 are needed");
     low_ = write_file("low.csv", text.substr(0, third) + "0,0,0,0,0,0,0,0,0\n" + text.substr(text.find('\n', third) + 1));

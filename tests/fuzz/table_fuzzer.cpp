@@ -20,9 +20,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             case 0:
                 (void)host::read_pose_file(path);
                 break;
-            case 1:
-                (void)host::deskewed(host::read_frames(path), 1.0 / 3);
+            case 1: {
+                host::Table table(path);
+                (void)host::deskewed(host::read_frames(table), 1.0 / 3);
                 break;
+            }
             default:
                 (void)host::read_grid(path);
         }

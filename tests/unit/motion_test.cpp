@@ -156,12 +156,13 @@ TEST_F(TrajectoryFile, NamesEveryErrorWithItsLine) {
     };
     const std::string good = path_of(2);
     expect("", "traj", "is empty");
-    expect(good + "1 0 0\n", ":11:", "3 numbers");
+    expect(good + "1 0 0\n", ":11:", "3 columns; 4 are needed");
     expect(good + "1 0 0 x\n", ":11:", "'x' is not a number");
     expect(good + "1 0 0 nan\n", ":11:", "not finite");
     expect(good + matrix(1, "2 0 0"), ":14:", "not a rotation");
     expect(good + matrix(1, "-1 0 0"), ":14:", "not a rotation");
-    expect(good + "1 0 0 1\n0 1 0 0\n\n", ":13:", "stops after 2 of 4 rows");
+    expect(good + "1 0 0 1\n0 1 0 0\n\n" + matrix(1, "1 0 0"), ":15:", "not a rotation");
+    expect("1 0 0\n0 1 0\n", ":1:", "3 numbers; a row of a 4x4 matrix has 4");
     expect(good + "1 0 0 1\n0 1 0 0\n", ":12:", "was cut off");
     expect("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 2\n", ":4:", "0 0 0 1");
     expect(good, "traj", "2 poses");

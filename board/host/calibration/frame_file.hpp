@@ -14,13 +14,8 @@
 
 namespace tricoil::host {
 
-/// True for a table whose header ends in couplings. A pipe cannot be read twice, so it must be such a table.
-bool holds_column_frames(const std::string& path);
-
-/// Reads CSV with any header that ends in x11,x12,x13,x21,...,x33 (or m11,...), xij: sensor coil i, source coil j, and optionally
-/// kQuadratureColumns and kLevelColumns. Columns before these are ignored. Throws InputError, naming file and line, also for a
-/// file without column frames.
-std::vector<CouplingFrame> read_frames(const std::string& path);
+/// Couplings of every row; see CouplingColumns. Throws InputError, naming file and line, also for a table without rows.
+std::vector<CouplingFrame> read_frames(Table& table);
 
 /// The couplings in phase. Frame: CouplingFrame, or derived from it.
 template <typename Frame>
@@ -45,7 +40,7 @@ struct GridFrame : CouplingFrame {
 /// Numbers of columns, rows and levels of a grid.
 using GridSize = std::array<int, 3>;
 
-/// CSV with the header column,row,level,x11,...,x33, optionally with kQuadratureColumns and kLevelColumns, or the rests of a
+/// Table with column, row, level and CouplingColumns, or the rests of a
 /// recording (tricoil convert --to rests) at the nodes of a grid of `size`: in the order of columns, then rows, then levels,
 /// equally many rests at each node. Throws InputError, naming file and line.
 std::vector<GridFrame> read_grid(const std::string& path, const std::optional<GridSize>& size = std::nullopt);
@@ -53,7 +48,7 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
 /// Column frames of all files, with the numbers of their files.
 std::vector<GridFrame> read_grids(const std::vector<std::string>& paths, const std::optional<GridSize>& size = std::nullopt);
 
-/// Rows of all files. Throws InputError for a file that is given twice.
+/// Rows of all files, by a function of a path or of a Table. Throws InputError for a file that is given twice.
 template <typename Read>
 auto read_all(const std::vector<std::string>& paths, Read read) {
     refuse_repeated(paths);

@@ -13,7 +13,6 @@
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
-#include "board/support/text_table.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -52,8 +51,10 @@ Records read_recording(const std::string& folder) {
     return records;
 }
 
-Records read_pose_csv(PoseTable&& table) {
+Records read_pose_table(LineReader lines) {
     Records records;
+    Table rows(std::move(lines));
+    PoseTable table(rows);
     while (table.next()) {
         const auto convert = [&] {
             const Vec3<double> position_m = table.position_m();  // first, so that it is refused first
@@ -76,11 +77,11 @@ Matrix<double, Size, 1> numbers_of(const Json& line, const std::string& key, con
     return numbers;
 }
 
-Records read_json_lines(const std::string& path, const std::vector<std::string>& lines) {
+Records read_json_lines(LineReader lines) {
     Records records;
-    for (std::size_t n = 0; n < lines.size(); ++n) {
-        const std::string where = TextPlace{path, n + 1}.str();
-        const Json line = Json::parse(lines[n], nullptr, false);
+    for (std::string text; lines.next(text);) {
+        const std::string where = TextPlace{lines.path(), lines.line()}.str();
+        const Json line = Json::parse(text, nullptr, false);
         refuse_if(!line.is_object(), "{}: is not a line of JSON; give JSON lines, a CSV file or the folder of a recording",
                   where);
         const auto unit = std::ranges::find_if(kLengthUnits, [&](const auto& name) { return line.contains("position_" + name); });
@@ -106,8 +107,8 @@ Records read_records(const std::string& path) {
     if (std::filesystem::is_directory(path)) {
         return read_recording(path);
     }
-    const auto lines = read_lines(path);
-    return lines.front().starts_with('{') ? read_json_lines(path, lines) : read_pose_csv(PoseTable(path, lines));
+    LineReader lines(path);
+    return lines.starts_with("{") ? read_json_lines(std::move(lines)) : read_pose_table(std::move(lines));
 }
 
 }  // namespace

@@ -9,17 +9,14 @@
 #include <complex>
 #include <filesystem>
 #include <numbers>
-#include <span>
 #include <tuple>
 #include <utility>
 
+#include "board/pose_text/pose_table.hpp"
 #include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/geometry/rotations.hpp"
-#include "core/linear/quaternion.hpp"
-#include "core/signal/excitation.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -60,14 +57,13 @@ void check_position(const Vec3<double>& position_m, const TextPlace& place) {
 
 MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const TextPlace& place) {
     refuse_if(fields.size() != kStageFields + kCouplings && fields.size() != kStageFields + 2 * kCouplings,
-              "{}: {} fields; a line has 6 stage numbers and 9 or 18 couplings; the line is truncated or damaged", place,
+              "{}: {} cells; without a line of names a row has 6 stage numbers and 9 or 18 couplings; was it cut?", place,
               fields.size());
     double stage[kStageFields];
     for (std::size_t i = 0; i < kStageFields; ++i) {
         stage[i] = parse_number(fields[i], place);
     }
     MeasuredPose pose;
-    pose.line = place.line;
     pose.stage_position_m = 1e-3 * Vec3<double>(stage[0], stage[1], stage[2]);
     pose.stage_rotation = geometry::rotation_z(-kRadians * stage[5]) * geometry::rotation_y(-kRadians * stage[4]) *
                           geometry::rotation_x(-kRadians * stage[3]);  // Table 1 has passive rotations
@@ -82,22 +78,6 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const Text
         }
     }
     return pose;
-}
-
-MeasuredPose parse_csv(const std::vector<std::string_view>& fields, std::size_t coupling_fields, const TextPlace& place) {
-    constexpr std::size_t kBefore = 7;
-    const std::size_t count = kBefore + coupling_fields;
-    refuse_if(fields.size() != count, "{}: {} columns; {} are needed", place, fields.size(), count);
-    double v[kBefore];
-    for (std::size_t i = 0; i < kBefore; ++i) {
-        v[i] = parse_number(fields[i], place);
-    }
-    const Quat<double> q(v[3], v[4], v[5], v[6]);
-    if (std::abs(q.norm() - 1) > kQuaternionTolerance) {
-        throw InputError(fmt::format("{}: the quaternion's length is {:.6g}, not 1", place.str(), q.norm()));
-    }
-    const CouplingFrame couplings = parse_couplings(std::span(fields).subspan(kBefore), place);
-    return {couplings, {v[0], v[1], v[2]}, q.normalized().toRotationMatrix(), place.line};
 }
 
 /// Names of the fixtures in a file name "soSOURCE_seSENSOR..."; empty if it has another form.
@@ -151,29 +131,35 @@ std::optional<NamedAxis> take_axis(std::string_view& text) {
 
 }  // namespace
 
-PoseFile read_pose_file(const std::string& path) {
-    const auto lines = read_lines(path);
-    const bool csv = lines.front().find(',') != std::string::npos;
-    std::string_view header = lines.front();
-    const std::size_t coupling_fields = take_coupling_fields(header);
-    refuse_if(csv && header != kPoseCsvHeader, "{}:1: the header must be {}, optionally followed by {} and {}", path,
-              kPoseCsvHeader, kQuadratureColumns, kLevelColumns);
+PoseFile read_pose_file(Table& table) {
     PoseFile file;
-    file.path = path;
-    std::tie(file.source_fixture, file.sensor_fixture) = fixtures_of(std::filesystem::path(path).filename().string());
-    for (std::size_t i = csv ? 1 : 0; i < lines.size(); ++i) {
-        const TextPlace place{path, i + 1};
-        const auto fields = split(lines[i], csv ? ',' : ' ');
-        if (fields.empty() || (fields.size() == 1 && fields[0].empty())) {
-            continue;
+    file.path = table.path();
+    std::tie(file.source_fixture, file.sensor_fixture) = fixtures_of(std::filesystem::path(file.path).filename().string());
+    const auto add = [&](const MeasuredPose& pose) {
+        file.poses.push_back(pose);
+        file.poses.back().line = table.place().line;
+        check_position(pose.stage_position_m, table.place());
+    };
+    if (table.has_names()) {
+        const PoseTable poses(table);
+        const CouplingColumns couplings(table);
+        while (table.next()) {
+            const Vec3<double> position_m = poses.position_m();  // first, so that it is refused first
+            add({couplings.read(), position_m, poses.attitude(kQuaternionTolerance).toRotationMatrix()});
         }
-        file.poses.push_back(csv ? parse_csv(fields, coupling_fields, place) : parse_ilemt(fields, place));
-        const MeasuredPose& pose = file.poses.back();
-        check_position(pose.stage_position_m, place);
-        check_couplings(pose, place);
+    } else {
+        while (table.next()) {
+            add(parse_ilemt(table.cells(), table.place()));
+            check_couplings(file.poses.back(), table.place());
+        }
     }
-    refuse_if(file.poses.empty(), "{}: holds no poses", path);
+    refuse_if(file.poses.empty(), "{}: holds no poses", file.path);
     return file;
+}
+
+PoseFile read_pose_file(const std::string& path) {
+    Table table(path);
+    return read_pose_file(table);
 }
 
 std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths) {

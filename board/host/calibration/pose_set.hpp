@@ -38,8 +38,9 @@ std::optional<Mat3<double>> rotation_of_fixture(const std::string& name);
 /// - ILEMT text: x y z (mm) and Euler angles Rx Ry Rz (deg; rotation Rz Ry Rx) of the stage, then nine complex couplings as
 /// +0.1-0.2i, (source 1, sensor 1), (source 2, sensor 1), ..., and optionally nine more of a second carrier, which are checked
 /// but not used.
-/// - CSV with the header kPoseCsvHeader, and optionally kQuadratureColumns, then optionally kLevelColumns.
+/// - PoseTable with CouplingColumns.
 PoseFile read_pose_file(const std::string& path);
+PoseFile read_pose_file(Table& table);
 
 /// All files; throws InputError also if one is named twice.
 std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths);

@@ -3,110 +3,126 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <map>
+#include <array>
 
 #include "board/support/errors.hpp"
-#include "board/support/text_table.hpp"
+#include "core/signal/excitation.hpp"
 
 namespace tricoil::host {
 namespace {
 
-constexpr const char* kHeader = "state,repeat,sample,adc0,adc1,adc2,adc3";
-constexpr std::size_t kFields = 3 + kChannels;
+constexpr std::array kOrder{"state", "repeat", "sample"};
+constexpr std::array kNotChannels{"", "state", "repeat", "sample", "time_us", "time_s"};
 
-Excitation parse_state(std::string_view field, const TextPlace& place) {
-    for (int j = 0; j < kSourceCoils; ++j) {
-        if (field == fmt::format("S{}", j + 1)) {
-            return single_coil(j);
-        }
-    }
-    throw InputError(fmt::format("{}: state '{}' is not S1, S2 or S3", place.str(), field.substr(0, 24)));
-}
-
-std::int64_t parse_integer(std::string_view field, const TextPlace& place, std::int64_t low, std::int64_t high) {
-    const double value = parse_number(field, place);
-    refuse_if(value != std::floor(value) || value < static_cast<double>(low) || value > static_cast<double>(high),
-              "{}: {} is not a whole number from {} to {}", place, field, low, high);
-    return static_cast<std::int64_t>(value);
-}
-
-void check_block(const CapturedBlock& block, const Capture& capture, const TextPlace& place) {
-    refuse_if(block.samples.size() != capture.blocks.front().samples.size(),
-              "{}: the block that ends here has {} samples, the first has {}; the recording is incomplete", place,
-              block.samples.size(), capture.blocks.front().samples.size());
-}
-
-void check_states(const Capture& capture, const std::string& path) {
-    std::map<int, int> states_of_repeat;
-    for (const CapturedBlock& block : capture.blocks) {
-        int& seen = states_of_repeat[block.repeat];
-        const int bit = 1 << coil_index(block.state);
-        refuse_if((seen & bit) != 0, "{}: repeat {} holds state S{} twice", path, block.repeat, coil_index(block.state) + 1);
-        seen |= bit;
-    }
-    for (const auto& [repeat, seen] : states_of_repeat) {
-        refuse_if(seen != 7, "{}: repeat {} lacks a state; each needs S1, S2 and S3", path, repeat);
-    }
-}
-
-/// Centres unsigned codes: the demodulator needs codes around zero.
-void centre(Capture& capture, int bits) {
-    const auto half = static_cast<std::int32_t>(std::int64_t{1} << (bits - 1));
-    capture.full_scale = half - 1;
-    capture.offset_binary = std::none_of(capture.blocks.begin(), capture.blocks.end(), [](const CapturedBlock& block) {
-        return std::any_of(block.samples.begin(), block.samples.end(),
-                           [](const Sample& s) { return *std::min_element(s.begin(), s.end()) < 0; });
-    });
-    for (CapturedBlock& block : capture.blocks) {
-        for (Sample& sample : block.samples) {
-            for (std::int32_t& code : sample) {
-                code -= capture.offset_binary ? half : 0;
-            }
-        }
-    }
+int parse_state(std::string_view cell, const TextPlace& place) {
+    const bool is_state = cell.size() == 2 && cell[0] == 'S' && cell[1] >= '1' && cell[1] < '1' + kSourceCoils;
+    refuse_if(!is_state, "{}: state '{}' is not S1, S2 or S3", place, shown(cell));
+    return cell[1] - '1';
 }
 
 }  // namespace
 
-Capture read_capture(const std::string& path, int bits) {
-    refuse_if(bits < kFewestBits || bits > kMostBits, "--bits: {} is not possible; give {} to {}", bits, kFewestBits, kMostBits);
-    const auto lines = read_lines(path);
-    refuse_if(lines.front() != kHeader, "{}:1: the header must be {}", path, kHeader);
-    Capture capture;
-    const std::int64_t limit = (std::int64_t{1} << bits) - 1;
-    for (std::size_t i = 1; i < lines.size(); ++i) {
-        const TextPlace place{path, i + 1};
-        if (lines[i].empty()) {
-            continue;
+CaptureReader::CaptureReader(const std::string& path, const CaptureForm& form) : path_(path), follows_(form.follows) {
+    refuse_if(form.bits < CaptureForm::kFewestBits || form.bits > CaptureForm::kMostBits,
+              "--bits: {} is not possible; give {} to {}", form.bits, CaptureForm::kFewestBits, CaptureForm::kMostBits);
+    LineReader lines(path, form.follows);
+    if (lines.starts_with("RIFF")) {
+        wav_.emplace(std::move(lines));
+        full_scale_ = 0.9999;  // codes of 16 bits end at 0.99997
+        frame_.resize(wav_->channels());
+        names_.assign(frame_.size(), "");
+    } else {
+        table_.emplace(std::move(lines));
+        codes_ = static_cast<int>((std::int64_t{1} << form.bits) - 1);
+        full_scale_ = codes_ / 2;
+        for (std::size_t n = 0; n < table_->cells().size(); ++n) {
+            names_.push_back(table_->name(n));
         }
-        const auto fields = split(lines[i], ',');
-        refuse_if(fields.size() != kFields, "{}: {} columns; {} are needed", place, fields.size(), kFields);
-        const Excitation state = parse_state(fields[0], place);
-        const auto repeat = static_cast<int>(parse_integer(fields[1], place, 0, 1'000'000));
-        const bool new_block =
-            capture.blocks.empty() || capture.blocks.back().state != state || capture.blocks.back().repeat != repeat;
-        if (new_block) {
-            if (!capture.blocks.empty()) {
-                check_block(capture.blocks.back(), capture, {path, i});
-            }
-            capture.blocks.push_back({state, repeat, {}});
+        for (std::size_t n = 0; n < kOrder.size() && table_->has("state"); ++n) {
+            order_.push_back(table_->column(kOrder[n], "state,repeat,sample and the channels"));
         }
-        auto& samples = capture.blocks.back().samples;
-        const auto index = static_cast<std::int64_t>(samples.size());
-        refuse_if(parse_integer(fields[2], place, 0, 1'000'000) != index,
-                  "{}: sample {} instead of {}; samples are missing or out of order", place, fields[2], index);
-        Sample sample;
-        for (std::size_t c = 0; c < kChannels; ++c) {
-            sample[c] = static_cast<std::int32_t>(parse_integer(fields[3 + c], place, -limit / 2 - 1, limit));
-        }
-        samples.push_back(sample);
     }
-    refuse_if(capture.blocks.empty(), "{}: holds a header but no samples", path);
-    check_block(capture.blocks.back(), capture, {path, lines.size()});
-    check_states(capture, path);
-    centre(capture, bits);
-    return capture;
+    for (std::size_t n = 0; n < names_.size(); ++n) {
+        names_[n] = wav_ ? fmt::format("channel {}", n + 1) : names_[n];
+        if (form.columns.empty() && std::ranges::find(kNotChannels, names_[n]) == kNotChannels.end()) {
+            columns_.push_back(n);
+        }
+    }
+    for (const std::string& name : form.columns) {
+        columns_.push_back(column_of(name));
+    }
+    for (const std::size_t column : columns_) {
+        channels_.push_back(names_[column]);
+    }
+    refuse_if(channels_.size() != kSensorCoils && channels_.size() != kSensorCoils + 1,
+              "{}: {} channels; three sensor coils are needed, and optionally the reference: select them with --columns", path_,
+              channels_.size());
+    values_.resize(columns_.size());
+    has_sample_ = next_sample();
+}
+
+std::size_t CaptureReader::column_of(const std::string& name) const {
+    const auto number = number_from<std::size_t>(name);
+    const std::size_t column = number   ? *number - 1
+                               : table_ ? table_->column(name, "the channels of --columns and --reference")
+                                        : names_.size();
+    refuse_if(column >= names_.size(), "{}: no column '{}'; it has {}", path_, name, names_.size());
+    return column;
+}
+
+std::size_t CaptureReader::channel_of(const std::string& name) const {
+    const auto found = std::ranges::find(columns_, column_of(name));
+    refuse_if(found == columns_.end(), "{}: the reference '{}' is not one of --columns", path_, name);
+    return static_cast<std::size_t>(found - columns_.begin());
+}
+
+bool CaptureReader::next_sample() {
+    if (wav_ ? !wav_->next(frame_) : !table_->next()) {
+        return false;
+    }
+    const auto has_fraction = [&](std::size_t column) {
+        return table_->cells()[column].find_first_not_of("+-0123456789") != std::string_view::npos;
+    };
+    if (table_ && read_ == 0 && std::ranges::any_of(columns_, has_fraction)) {
+        codes_ = 0;
+        full_scale_ = 0;
+    }
+    ++read_;
+    std::ranges::transform(columns_, values_.begin(), [&](std::size_t column) {
+        return wav_ ? frame_[column] : codes_ == 0 ? table_->number(column) : table_->whole(column, -codes_ / 2 - 1, codes_);
+    });
+    if (has_states()) {
+        coil_ = parse_state(table_->cells()[order_[0]], table_->place());
+        repeat_ = table_->whole(order_[1], 0, 1'000'000);
+        number_ = table_->whole(order_[2], 0, 1'000'000);
+    }
+    return true;
+}
+
+bool CaptureReader::next(CapturedBlock& block, std::size_t samples) {
+    block = {coil_, has_states() ? repeat_ : block.repeat + 1, read_ - (has_sample_ ? 1 : 0), {}};
+    std::size_t count = 0;
+    std::size_t line = 0;
+    for (; has_sample_ && (has_states() ? coil_ == block.coil && repeat_ == block.repeat : count < samples); ++count) {
+        refuse_if(has_states() && number_ != static_cast<int>(count),
+                  "{}: sample {} instead of {}; samples are missing or out of order", table_->place(), number_, count);
+        line = table_ ? table_->place().line : 0;
+        block.values.insert(block.values.end(), values_.begin(), values_.end());
+        has_sample_ = next_sample();
+    }
+    const std::size_t whole = has_states() ? block_samples_ : samples;
+    if (count == 0 || (count < whole && !has_sample_ && (!has_states() || follows_))) {
+        return false;
+    }
+    refuse_if(block_samples_ != 0 && count != block_samples_,
+              "{}: the block that ends here has {} samples, the first has {}; the recording is incomplete",
+              TextPlace{path_, line}, count, block_samples_);
+    block_samples_ = count;
+    if (!centre_) {
+        centre_ = codes_ != 0 && *std::ranges::min_element(block.values) >= 0 ? full_scale_ + 1 : 0;  // codes without a sign
+    }
+    std::ranges::for_each(block.values, [&](double& value) { value -= *centre_; });
+    return true;
 }
 
 }  // namespace tricoil::host

@@ -6,6 +6,7 @@
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/commands/calibrations.hpp"
+#include "board/pose_text/pose_table.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/progress.hpp"
@@ -25,11 +26,12 @@ constexpr std::size_t kLeftHandedShare = 10;  // one column frame in ten may be 
 
 /// Column frames, or the couplings of poses of a stage.
 std::vector<CouplingFrame> read_couplings(const std::string& path, double column_skew) {
-    if (holds_column_frames(path)) {
-        return read_frames(path);
+    Table table(path);
+    if (table.has_names() && !PoseTable::in(table)) {
+        return read_frames(table);
     }
     refuse_if(column_skew != 0, "{}: holds poses of a stage; --column-skew is only for column frames in sequence", path);
-    const PoseFile file = read_pose_file(path);
+    const PoseFile file = read_pose_file(table);
     return {file.poses.begin(), file.poses.end()};
 }
 

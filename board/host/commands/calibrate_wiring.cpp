@@ -13,7 +13,10 @@ struct WiringCommand {
 };
 
 int check_wiring(const WiringCommand& command) {
-    const auto frames = in_phase_of(read_all(command.files.data, read_frames));
+    const auto frames = in_phase_of(read_all(command.files.data, [](const std::string& path) {
+        Table table(path);
+        return read_frames(table);
+    }));
     const Wiring wiring = identify_wiring(frames, Vec3<double>(command.position.data()));
     const bool straight = wiring.sensor.straight() && wiring.source.straight();
     const Json result = {{"sensor", to_text(wiring.sensor)},      {"source", to_text(wiring.source)}, {"misfit", wiring.misfit},
@@ -26,6 +29,9 @@ int check_wiring(const WiringCommand& command) {
             "tricoil: no wiring fits clearly better than the others; is the sensor at the position given by --at, with axes "
             "parallel to those of the source?\n");
         return to_int(ExitCode::check_failed);
+    }
+    if (!straight) {
+        print_notice("tricoil: the wiring is not straight: exchange and reverse the coils as above\n");
     }
     return to_int(straight ? ExitCode::fine : ExitCode::check_failed);
 }

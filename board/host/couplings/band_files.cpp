@@ -8,17 +8,12 @@
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/line_reader.hpp"
-#include "board/support/text_table.hpp"
 #include "core/calibration/calibration.hpp"
-#include "core/signal/excitation.hpp"
 
 namespace tricoil::host {
 namespace {
 
 constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20U;
-constexpr std::string_view kCouplingHeader =
-    "source1_sensor1,source1_sensor2,source1_sensor3,source2_sensor1,source2_sensor2,source2_sensor3,source3_sensor1,"
-    "source3_sensor2,source3_sensor3";
 constexpr double kCouplingUnit = 2.0 / 250;  // the files' field has no factor 1/2, and couplings are divided by 250
 
 /// Columns are coils.
@@ -59,18 +54,12 @@ nlohmann::json parse_json(const std::string& path, const std::string& text) {
 }
 
 std::vector<Mat3<double>> read_couplings(const std::string& path) {
-    const auto lines = read_lines(path);
-    refuse_if(lines.front() != kCouplingHeader, "{}:1: the header must be source1_sensor1,source1_sensor2,...,source3_sensor3",
-              path);
+    Table table(path);
+    const auto columns = matrix_columns(table, "source{1}_sensor{0}", "source1_sensor1,source1_sensor2,...,source3_sensor3");
     std::vector<Mat3<double>> matrices;
-    matrices.reserve(lines.size());
-    for (std::size_t n = 1; n < lines.size(); ++n) {
-        const TextPlace place{path, n + 1};
-        const auto fields = split(lines[n], ',');
-        refuse_if(fields.size() != kCouplings, "{}: {} columns; {} are needed", place, fields.size(), kCouplings);
-        const CouplingFrame couplings = parse_couplings(fields, place);
-        check_couplings(couplings, place);
-        matrices.push_back(couplings.x.transpose());  // the columns' order is source by source
+    while (table.next()) {
+        matrices.push_back(matrix_of(table, columns));
+        check_couplings({matrices.back()}, table.place());
     }
     refuse_if(matrices.empty(), "{}: holds a header but no couplings", path);
     return matrices;

@@ -1,7 +1,7 @@
 #include "board/support/sim_input/trajectory_file.hpp"
 
 #include "board/support/errors.hpp"
-#include "board/support/text_table.hpp"
+#include "board/support/table.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -12,18 +12,6 @@ constexpr int kRows = 4;
 
 using Row = Matrix<double, 1, kRows>;
 using Homogeneous = Matrix<double, kRows, kRows>;
-
-bool is_blank(const std::string& line) { return line.find_first_not_of(" \t") == std::string::npos; }
-
-Row parse_row(const std::string& line, const TextPlace& place) {
-    const auto fields = split(line, ' ');
-    refuse_if(fields.size() != kRows, "{}: {} numbers; a row of a 4x4 matrix has 4", place, fields.size());
-    Row row;
-    for (int i = 0; i < kRows; ++i) {
-        row(i) = parse_number(fields[static_cast<std::size_t>(i)], place);
-    }
-    return row;
-}
 
 sim::Pose to_pose(const Homogeneous& matrix, const TextPlace& place) {
     const Mat3<double> rotation = matrix.topLeftCorner<3, 3>();
@@ -37,23 +25,23 @@ sim::Pose to_pose(const Homogeneous& matrix, const TextPlace& place) {
 }  // namespace
 
 std::vector<sim::Pose> read_trajectory(const std::string& path) {
-    const auto lines = read_lines(path);
+    Table table(path);
+    refuse_if(table.has_names(), "{}: no numbers in the first row; a trajectory has rows of 4x4 matrices", path);
     std::vector<sim::Pose> poses;
     Homogeneous matrix;
     int row = 0;
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-        const TextPlace place{path, i + 1};
-        if (is_blank(lines[i])) {
-            refuse_if(row != 0, "{}: a matrix stops after {} of 4 rows", place, row);
-            continue;
+    while (table.next()) {
+        refuse_if(table.cells().size() != kRows, "{}: {} numbers; a row of a 4x4 matrix has 4", table.place(),
+                  table.cells().size());
+        for (std::size_t i = 0; i < kRows; ++i) {
+            matrix(row, static_cast<Index>(i)) = table.number(i);
         }
-        matrix.row(row++) = parse_row(lines[i], place);
-        if (row == kRows) {
-            poses.push_back(to_pose(matrix, place));
+        if (++row == kRows) {
+            poses.push_back(to_pose(matrix, table.place()));
             row = 0;
         }
     }
-    refuse_if(row != 0, "{}: the file ends within a matrix; it was cut off", TextPlace{path, lines.size()}.str());
+    refuse_if(row != 0, "{}: the file ends within a matrix; it was cut off", table.place());
     refuse_if(poses.size() < kMinPoses, "{}: holds {} poses; at least 8 are needed to fit a motion", path, poses.size());
     return poses;
 }

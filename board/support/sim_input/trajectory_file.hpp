@@ -1,4 +1,4 @@
-// Reads recorded trajectories: 4x4 homogeneous matrices, four lines each, separated by blank lines.
+// Reads recorded trajectories: 4x4 homogeneous matrices, four lines each.
 #pragma once
 
 #include <string>
