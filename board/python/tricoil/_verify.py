@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import median_filter
 from scipy.spatial.transform import Rotation
 
 from . import _align, _naive
@@ -18,7 +19,7 @@ OUTLIER = 8.0
 MOST_OUTLIERS = 0.05
 LEAST_OUTLIER_M = 1e-4
 FIRST_SLOT_S = 1e-3
-LONGEST_SLOT_S = 20e-3
+SHORTEST_SLOT_S, LONGEST_SLOT_S = 1e-4, 20e-3
 SAME = 0.85  # correlation of the speeds of one motion, in frames that do not fit
 DISTINCT_M = 1e-3  # a smaller motion error is not distinguished from noise
 BLOCK_S = 0.5
@@ -293,7 +294,8 @@ def modelled(pair, rows, base):
         a = dataclasses.replace(base.alignment, slot_s=float(slot))
         fits[f"TDM, {pattern}"] = refine(pair, a, rows, pattern)
     best = min(fits, key=lambda name: fits[name].square.sum() * fits[name].sigma_m**2)
-    if best != "no skew" and not (is_better(fits[best], base) and fits[best].alignment.slot_s > 5 * fits[best].deviations[UNKNOWNS]):
+    slot_s = fits[best].alignment.slot_s
+    if best != "no skew" and not (is_better(fits[best], base) and slot_s > max(SHORTEST_SLOT_S, 5 * fits[best].deviations[UNKNOWNS])):
         best = "no skew"
     chosen = fits[best]
     direct = chosen
@@ -325,7 +327,8 @@ def outliers(r, predicted, sigma):
     padded = np.pad(r, ((3, 3), (0, 0)), mode="edge")
     middle = np.median(np.stack([padded[k:k + len(r)] for k in range(7)]), axis=0)
     away = np.linalg.norm(r - middle, axis=1)
-    far = (away > max(LEAST_OUTLIER_M, OUTLIER * sigma, OUTLIER * deviation(r - middle))) & (away > 0.3 * np.linalg.norm(predicted, axis=1))
+    nearby = median_filter(away, 101, mode="nearest") / 1.538  # the noise of a tracker grows with the range
+    far = (away > np.maximum(OUTLIER * np.maximum(nearby, 0.5 * sigma), LEAST_OUTLIER_M)) & (away > 0.3 * np.linalg.norm(predicted, axis=1))
     return far if far.mean() < MOST_OUTLIERS else np.zeros(len(r), bool)
 
 
@@ -425,7 +428,7 @@ def r_squared(e, ok, noise2):
     total = measured[ok].sum()
     if total <= noise2 * ok.sum():
         return None, None
-    return float(1 - left[ok].sum() / total), interval(1 - a / np.where(b > 0, b, np.nan)) if np.all(b > 0) else None
+    return float(min(1, 1 - left[ok].sum() / total)), interval(np.minimum(1, 1 - a / np.where(b > 0, b, 1))) if np.all(b > 0) else None
 
 
 def with_even_times(poses: Poses) -> Poses:
