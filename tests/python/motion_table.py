@@ -68,10 +68,10 @@ def show(step, paths):
     failed = False
     for name, (least, most, share) in LIMITS.items():
         column = np.array([limits[name] for limits in rows])
-        outside = float(np.mean((column < least) | (column > most)))
-        failed |= outside > share
+        outside, permitted = int(np.sum((column < least) | (column > most))), int(np.ceil(share * len(column)))
+        failed |= outside > permitted
         print(f"  {name:<22} {column.min():8.2f} to {column.max():8.2f}, median {np.median(column):7.2f}; limits {least:g} to {most:g}, "
-              f"outside {100 * outside:.1f} % of the paths, permitted {100 * share:g}{'  FAILED' if outside > share else ''}")
+              f"outside {outside} of {len(column)} paths, permitted {permitted}{'  FAILED' if outside > permitted else ''}")
     return failed
 
 

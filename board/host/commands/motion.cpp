@@ -251,10 +251,9 @@ void add_motion_command(CLI::App* sub, Action& action) {
     }
     sub->add_flag("--smooth")->description("--poses: smooth the poses in --out");
     sub->add_flag("--json", c->json, "Result as JSON");
-    set_examples(
-        sub, {{"example III of the paper, in a closed loop", "tricoil motion --example III --loop closed"},
-              {"an elevation rate of 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"},
-              {"recorded poses of a LIBERTY", "tricoil motion --poses poses.csv --timing liberty --out corrected.csv"}});
+    set_examples(sub, {{"example III of the paper, in a closed loop", "tricoil motion --example III --loop closed"},
+                       {"an elevation rate of 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"},
+                       {"recorded poses of a LIBERTY", "tricoil motion --poses poses.csv --timing liberty --out corrected.csv"}});
     sub->callback([c, sub, &action] { action = [c, sub] { return motion_of(*c, *sub); }; });
 }
 

@@ -1,5 +1,6 @@
 """tricoil motion --poses and --trajectory: tables of the predicted error, and files of the poses without it."""
 
+import importlib.util
 import os
 import sys
 
@@ -145,6 +146,8 @@ def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=Fa
     refuse_others(reader, READER_OPTIONS, "--poses")
     if plot is not None and os.path.splitext(plot)[1] not in PICTURES:
         raise PoseError(f"--plot must end in {', '.join(PICTURES)}; is '{plot}'")
+    if plot is not None and importlib.util.find_spec("matplotlib") is None:
+        raise PoseError("--plot needs matplotlib: install the package python3-matplotlib")
     given = read(poses, **reader)
     known_path = None if reference is None else read(reference)
     known, verified = chosen_timing(given, timing, known_path)
