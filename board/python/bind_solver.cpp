@@ -5,7 +5,9 @@
 #include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
+#include "core/calibration/coil_correction.hpp"
 #include "core/field/concentric_dipole.hpp"
+#include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/solver/previous_measurement.hpp"
@@ -16,6 +18,7 @@ namespace {
 namespace py = pybind11;
 using RowMajor3 = Matrix<double, 3, 3, Order::by_rows>;
 
+constexpr double kNoiseGate = 16.27;     // chi-square of three degrees of freedom, exceeded once in 1,000 poses
 constexpr py::ssize_t kChunk = 1 << 12;  // rows between two checks
 
 /// Calls `each` for all rows without the GIL.
@@ -39,6 +42,28 @@ SolutionRow unsolved() {
     put(Quat<double>(kNaN, kNaN, kNaN, kNaN), row.quaternion_wxyz);
     put(Mat6<double>::Constant(kNaN), row.covariance);
     row.chi_square = kNaN;
+    row.solved = false;
+    return row;
+}
+
+/// With coils of any kind.
+SolutionRow calibrated_row(const Mat3<double>& x, double sigma, const calibration::Calibration<double>& c,
+                           const Vec3<double>& hemisphere) {
+    solver::ColdStartParams<double> params;
+    params.hemisphere = hemisphere;
+    params.refine.noise_gate = kNoiseGate;
+    const Mat3<double> weights = Mat3<double>::Constant(1 / sigma);
+    const auto solution = solver::solve_cold<double>(c.model, x, weights, params);
+    if (!solution.ok() || !solution->right_handed || !solution->refinement.converged()) {
+        return unsolved();
+    }
+    const auto refined = solver::refine<double>(c.model, x, weights, solution->refinement.pose, params.refine);
+    SolutionRow row;
+    row.solved = true;
+    put(calibration::CoilCorrection<double>::phases(c).corrected_position(refined->pose.position_m), row.position_m);
+    put(refined->pose.q_source_sensor, row.quaternion_wxyz);
+    put(refined->covariance, row.covariance);
+    row.chi_square = refined->misfit_squared;
     return row;
 }
 
@@ -57,16 +82,21 @@ SolutionRow solve_row(const Mat3<double>& x, double sigma, double coupling_const
     return row;
 }
 
-/// x: (N, 3, 3); sigma: (N); hemisphere: (3).
+/// x: (N, 3, 3); sigma: (N); hemisphere: (3), zero: that of the calibration.
 py::array_t<SolutionRow> solve(const Array& x, const Array& sigma, double coupling_constant, const Array& hemisphere,
-                               const py::object& progress) {
+                               const std::string& calibration_file, const py::object& progress) {
+    const auto calibration = calibration_of(calibration_file);
     py::array_t<SolutionRow> rows(x.shape(0));
     SolutionRow* const out = rows.mutable_data();
     const double* const matrices = x.data();
     const double* const sigmas = sigma.data();
-    const Vec3<double> towards(hemisphere.data());
-    for_rows(x.shape(0), progress,
-             [&](py::ssize_t n) { out[n] = solve_row(RowMajor3(matrices + 9 * n), sigmas[n], coupling_constant, towards); });
+    const Vec3<double> given(hemisphere.data());
+    const Vec3<double> towards = given.isZero(0) && calibration ? calibration->hemisphere : given;
+    for_rows(x.shape(0), progress, [&](py::ssize_t n) {
+        const RowMajor3 x_n(matrices + 9 * n);
+        out[n] = calibration ? calibrated_row(x_n, sigmas[n], *calibration, towards)
+                             : solve_row(x_n, sigmas[n], coupling_constant, towards);
+    });
     return rows;
 }
 
@@ -92,7 +122,8 @@ py::array_t<SolutionRow> step(const Array& x, const Array& position_m, const Arr
 }
 
 /// position_m: (N, 3); wxyz: (N, 4), any length. Result: (N, 3, 3).
-Array couplings(const Array& position_m, const Array& wxyz, double coupling_constant) {
+Array couplings(const Array& position_m, const Array& wxyz, double coupling_constant, const std::string& calibration_file) {
+    const auto calibration = calibration_of(calibration_file);
     const py::ssize_t count = position_m.shape(0);
     Array result({count, py::ssize_t{3}, py::ssize_t{3}});
     double* const out = result.mutable_data();
@@ -101,7 +132,10 @@ Array couplings(const Array& position_m, const Array& wxyz, double coupling_cons
     for_rows(count, py::none(), [&](py::ssize_t n) {
         const double* const q = quaternions + 4 * n;
         const Mat3<double> o = Quat<double>(q[0], q[1], q[2], q[3]).normalized().conjugate().toRotationMatrix();
-        copy_rows(field::signal_matrix<double>(coupling_constant, Vec3<double>(positions + 3 * n), o), out + 9 * n);
+        const Vec3<double> position(positions + 3 * n);
+        copy_rows(calibration ? field::signal_matrix<double>(calibration->model, position, o)
+                              : field::signal_matrix<double>(coupling_constant, position, o),
+                  out + 9 * n);
     });
     return result;
 }

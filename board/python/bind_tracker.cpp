@@ -13,7 +13,7 @@ namespace py = pybind11;
 
 tracking::TrackerParams<double> make_params(const std::string& method, double coupling_constant,
                                             const std::array<double, 3>& hemisphere, bool confined, double column_span_s,
-                                            double window_s) {
+                                            double window_s, const tracking::AnyTracker::Calibration& calibration) {
     tracking::TrackerParams<double> params;
     params.method = host::method_of_name(method);
     host::refuse_dual_band(params.method, "these columns are of one band; tricoil.run simulates two");
@@ -23,7 +23,7 @@ tracking::TrackerParams<double> make_params(const std::string& method, double co
     params.common.max_column_span = microseconds_from_seconds(column_span_s);
     params.common.window_s = window_s;
     host::deskew_in_turn(params);
-    if (const Status status = tracking::AnyTracker::check(params, std::nullopt); !status.ok()) {
+    if (const Status status = tracking::AnyTracker::check(params, calibration); !status.ok()) {
         throw host::InputError(std::string("tracker: ") + status.message());
     }
     return params;
@@ -35,7 +35,8 @@ py::object row_or_none(const std::optional<tracking::PoseEstimate<double>>& pose
 
 class ColumnTracker {
 public:
-    explicit ColumnTracker(const tracking::TrackerParams<double>& params) : tracker_(params) {}
+    ColumnTracker(const tracking::TrackerParams<double>& params, const tracking::AnyTracker::Calibration& calibration)
+        : tracker_(params, calibration) {}
 
     py::object update(double time_s, int source_coil, const std::array<double, 3>& couplings,
                       const std::array<double, 3>& sigma) {
@@ -92,9 +93,10 @@ private:
 void add_tracker(py::module_& module) {
     py::class_<ColumnTracker>(module, "Tracker")
         .def(py::init([](const std::string& method, double coupling_constant, const std::array<double, 3>& hemisphere,
-                         bool confined, double column_span_s, double window_s) {
+                         bool confined, double column_span_s, double window_s, const std::string& calibration_file) {
+            const auto calibration = calibration_of(calibration_file);
             return std::make_unique<ColumnTracker>(
-                make_params(method, coupling_constant, hemisphere, confined, column_span_s, window_s));
+                make_params(method, coupling_constant, hemisphere, confined, column_span_s, window_s, calibration), calibration);
         }))
         .def("update", &ColumnTracker::update)
         .def("tick", &ColumnTracker::tick)

@@ -3,7 +3,17 @@
 
 #include <pybind11/pybind11.h>
 
+#include <optional>
+#include <string>
+
+#include "board/support/calibration_file.hpp"
+
 namespace tricoil::python {
+
+/// Content of a file of tricoil calibrate; nothing for an empty name. Throws InputError.
+inline std::optional<calibration::Calibration<double>> calibration_of(const std::string& file) {
+    return file.empty() ? std::nullopt : std::optional(host::read_calibration(file).calibration);
+}
 
 void add_command(pybind11::module_& module);
 void add_run(pybind11::module_& module);

@@ -53,6 +53,12 @@ CouplingColumns::CouplingColumns(const Table& table)
 }
 
 CouplingFrame CouplingColumns::read() const {
+    const CouplingFrame couplings = read_any();
+    check_couplings(couplings, table_.place());
+    return couplings;
+}
+
+CouplingFrame CouplingColumns::read_any() const {
     CouplingFrame couplings{matrix_of(table_, x_)};
     if (quadrature_) {
         couplings.quadrature = matrix_of(table_, *quadrature_);
@@ -64,7 +70,6 @@ CouplingFrame CouplingColumns::read() const {
         refuse_if(!(share.minCoeff() >= 0 && share.maxCoeff() <= 1),
                   "{}: a level (a11 to a33) is not a share of full scale, 0 to 1", table_.place());
     }
-    check_couplings(couplings, table_.place());
     return couplings;
 }
 

@@ -59,6 +59,8 @@ public:
     /// Of this row. Throws InputError, naming the place, for a cell that is not a finite number, a level that is not 0 to 1, a
     /// gain step that does not exist, and like check_couplings.
     [[nodiscard]] CouplingFrame read() const;
+    /// The same, also of a dead coil or channel.
+    [[nodiscard]] CouplingFrame read_any() const;
 
 private:
     const Table& table_;

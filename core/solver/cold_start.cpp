@@ -133,7 +133,7 @@ public:
             status = try_hemispheres(near, known);
         }
         const bool all_sides = !best_.refinement.converged() || (!is_unambiguous() && is_near_coils());
-        return status.ok() && all_sides ? try_directions(near.position_m, known) : status;
+        return status.ok() && all_sides ? try_directions(near.position_m.norm()) : status;
     }
 
     [[nodiscard]] const ColdSolution<Scalar>& best() const { return best_; }
@@ -180,13 +180,12 @@ private:
 
     /// Near the coils the direct solution is unreliable: starts from all directions, smallest misfit first. To save memory only
     /// the cost of each is stored, and the selected ones are computed again.
-    [[gnu::noinline]] Status try_directions(const Vec3<Scalar>& near_m, bool known) {
+    [[gnu::noinline]] Status try_directions(Scalar range_m) {
         constexpr Scalar kNever = std::numeric_limits<Scalar>::infinity();
-        const Scalar range_m = near_m.norm();
         std::array<Scalar, kDirections> costs;
         for (std::size_t i = 0; i < kDirections; ++i) {
             const Vec3<Scalar> u = direction_of(i);
-            costs[i] = !known || u.dot(near_m) >= 0 ? start_towards(u, range_m).cost : kNever;
+            costs[i] = u.dot(params_.hemisphere) >= 0 ? start_towards(u, range_m).cost : kNever;  // zero: unknown
         }
         for (int tried = 0; tried < kDirectionStarts && !is_unambiguous(); ++tried) {
             const auto best = static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());

@@ -48,6 +48,39 @@ protected:
     std::string folder_;
 };
 
+/// Separate coils in four mountings; the cable of one came out towards the sensor.
+TEST_F(RecordedStage, MountingsTogetherAreAsGoodAsEachAlone) {
+    if (recordings_folder("ilemt-mountings").empty()) {
+        GTEST_SKIP() << "no recordings in ilemt-mountings/";
+    }
+    const auto file = [&](const std::string& mounting, const char* suffix) {
+        return " " + folder_ + "/ilemt-mountings/so" + mounting + "_seYoutZup_" + suffix + ".dat";
+    };
+    const std::string cal = path_in_temp("alone.toml");
+    const std::string all = path_in_temp("together.toml");
+    const auto error_mm = [&](const std::string& calibration, const std::string& mounting) {
+        const auto test = tricoil("evaluate --json --calibration " + calibration + file(mounting, "ld"));
+        EXPECT_EQ(test.exit_code, 0) << test.err;
+        return 1e3 * test.json()["position_rms_m"].get<double>();
+    };
+    for (const std::string model : {"general", "finite"}) {
+        std::string files;
+        for (const char* mounting : {"YoutZup", "XoutZup", "XinYup", "ZoutYup"}) {
+            files += file(mounting, "md");
+        }
+        const auto fit = tricoil("calibrate stage --json --model " + model + " --out " + all + files);
+        ASSERT_EQ(fit.exit_code, 0) << fit.err;
+        EXPECT_THAT(fit.json()["warnings"].dump(), ::testing::HasSubstr("soZoutYup_seYoutZup_md.dat: left out"));
+        for (const char* mounting : {"YoutZup", "XoutZup", "XinYup"}) {
+            ASSERT_EQ(tricoil("calibrate stage --model " + model + " --out " + cal + file(mounting, "md")).exit_code, 0);
+            const double together_mm = error_mm(all, mounting);
+            const double alone_mm = error_mm(cal, mounting);
+            std::cout << model << ", " << mounting << ": " << together_mm << " mm together, " << alone_mm << " mm alone\n";
+            EXPECT_LT(together_mm, 1.1 * alone_mm);
+        }
+    }
+}
+
 /// Poses without metal that were not fitted. Their misfit alone must not set the flag `distorted`, except for 0.1 %.
 TEST_F(RecordedStage, CalibratedMisfitFloorCoversTheErrorsOfTheModel) {
     for (const std::string model : {"general", "finite"}) {

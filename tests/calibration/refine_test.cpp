@@ -146,6 +146,30 @@ ColdRates cold_rates(double from_m, double to_m, int poses, bool know_hemisphere
     return rates;
 }
 
+/// Coils farther apart than those above. Every pose has a direction in the half space, but not always one near the direct
+/// solution.
+TEST(ColdStart, FindsEveryPoseFromTwoSpacings) {
+    test::RandomPoses random(52);
+    int starts = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        const double spacing_m = random.uniform(0.02, 0.08);
+        Model model = wide_model();
+        model.source_offset_m *= spacing_m / 0.045;
+        const Vec3<double> p = spacing_m * random.uniform(2, 3) * random.direction();
+        const Quat<double> q = random.attitude();
+        ColdStartParams<double> params;
+        params.hemisphere = p;
+        params.refine.max_iterations = 40;
+        params.refine.max_condition = 1e9;  // also poses that noise would make uncertain
+        const auto s = solve_cold<double>(model, couplings(model, p, q), kEqual, params);
+        ASSERT_TRUE(s.ok());
+        EXPECT_TRUE(s->refinement.converged()) << i;
+        EXPECT_LT((s->refinement.pose.position_m - p).norm(), 1e-5) << i;
+        starts = std::max(starts, s->starts);
+    }
+    EXPECT_LE(starts, 8);
+}
+
 TEST(ColdStart, ReachesThePoseInSevenIterations) {
     for (const bool known : {true, false}) {
         const ColdRates far = cold_rates(0.3, 1.2, 10'000, known);

@@ -1,12 +1,17 @@
 // `tricoil calibrate` and `tricoil evaluate` on generated data sets in ILEMT text format.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <random>
 
 #include "core/calibration/blob.hpp"
+#include "core/field/general_dipole.hpp"
+#include "core/geometry/rotations.hpp"
 #include "core/linear/eigen.hpp"
 #include "core/linear/quaternion.hpp"
 #include "tests/cli/cli_runner.hpp"
@@ -303,6 +308,120 @@ TEST_F(Stage, WrongNamesMixedSetsAndReversedCoilsAreReported) {
     write("soYoutZup_seXupYin_ld.dat", joined(first));
     expect_refused(tricoil("evaluate --calibration " + path("k.toml") + " " + path("soYoutZup_seXupYin_ld.dat")), "XupYin");
     EXPECT_FALSE(fs::exists(path("x.toml")));
+}
+
+/// Exact dipoles far from each other at 0.15 to 0.25 m. `turn`: of the source with its stage, `reversed`: source coils.
+class SeparateCoils {
+public:
+    [[nodiscard]] std::string text(const Vec3<double>& turn_deg, const Vec3<double>& reversed = Vec3<double>::Ones(),
+                                   bool transposed = false, double gain = 1) const {
+        std::mt19937_64 random(5);
+        std::normal_distribution<double> normal(0, 1);
+        const Mat3<double> turn =
+            geometry::rotation_vector_to_quaternion<double>(turn_deg * (std::numbers::pi / 180)).toRotationMatrix();
+        std::string text;
+        for (int n = 0; n < 135; ++n) {
+            const Vec3<double> t = 0.05 * (Vec3<double>(n % 3, n / 3 % 3, n / 9 % 3) - Vec3<double>::Ones());
+            const double turn_rad = (n / 27 - 2) * std::numbers::pi / 4;
+            const Mat3<double> stage = geometry::rotation_z<double>(turn_rad).transpose();
+            const Mat3<double> o = (turn * stage).transpose();
+            Mat3<double> x = field::signal_matrix<double>(model_, turn * (Vec3<double>(0.01, 0.02, 0.2) + t), o);
+            x.col(2) *= gain;
+            x = x * reversed.asDiagonal();
+            const double sigma = 1e-4 * x.cwiseAbs().maxCoeff();
+            text += fmt::format("{:.3f}\t{:.3f}\t{:.3f}\t0\t0\t{:.1f}", 1e3 * t.x(), 1e3 * t.y(), 1e3 * t.z(),
+                                turn_rad * 180 / std::numbers::pi);
+            for (Index k = 0; k < 9; ++k) {
+                const double value = (transposed ? x(k % 3, k / 3) : x(k / 3, k % 3)) + sigma * normal(random);
+                text += fmt::format("\t{:+.12f}+0.000000000000i", value);
+            }
+            text += "\n";
+        }
+        return text;
+    }
+
+private:
+    static field::GeneralDipole<double> model() {
+        field::GeneralDipole<double> model;
+        model.source_moment *= 1.2e-3;
+        for (int j = 0; j < 3; ++j) {
+            model.source_offset_m.col(j) = 0.045 * (Vec3<double>::Unit(j) - Vec3<double>::Constant(1.0 / 3));
+        }
+        return model;
+    }
+    field::GeneralDipole<double> model_ = model();
+};
+
+const std::array<std::pair<const char*, Vec3<double>>, 4> kMountings{
+    {{"A", {0, 0, 0}}, {"B", {0, 0, 90}}, {"C", {90, 20, 0}}, {"D", {-50, 60, 120}}}};
+
+TEST_F(Stage, MountingsOfSeparateCoilsAreCalibratedAloneAndTogether) {
+    std::string files;
+    for (const auto& [name, turn_deg] : kMountings) {
+        const std::string file = std::string("so") + name + "_seB_md.dat";
+        write(file, SeparateCoils().text(turn_deg, name == std::string("B") ? Vec3<double>(-1, -1, 1) : Vec3<double>::Ones()));
+        files += " " + path(file);
+        const auto alone = tricoil("calibrate stage --json --out " + path("alone.toml") + " " + path(file));
+        ASSERT_EQ(alone.exit_code, 0) << alone.err;
+        EXPECT_LT(number(alone, "position_rms_m"), 2e-4) << name;
+    }
+    const auto fit = tricoil("calibrate stage --json --out " + path("all.toml") + files);
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    EXPECT_LT(number(fit, "position_rms_m"), 2e-4);
+    EXPECT_LT(number(fit, "residual_rms"), 4e-4);
+    EXPECT_THAT(fit.json()["warnings"].dump(), HasSubstr("soB_seB_md.dat: source coil 1 reversed, source coil 2 reversed"));
+    // The evaluation says so too.
+    const auto test = tricoil("evaluate --json --calibration " + path("all.toml") + " " + path("soB_seB_md.dat"));
+    EXPECT_LT(number(test, "position_rms_m"), 2e-4);
+    EXPECT_THAT(test.err, HasSubstr("source coil 1 reversed"));
+}
+
+TEST_F(Stage, AMountingThatDoesNotBelongIsNamedAndLeftOut) {
+    std::string files;
+    for (const auto& [name, turn_deg] : kMountings) {
+        const std::string file = std::string("so") + name + "_seC_md.dat";
+        write(file, SeparateCoils().text(turn_deg, Vec3<double>::Ones(), false, name == std::string("C") ? 1.02 : 1));
+        files += " " + path(file);
+    }
+    const auto fit = tricoil("calibrate stage --json --out " + path("left.toml") + files);
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    EXPECT_THAT(fit.json()["warnings"].dump(), HasSubstr("soC_seC_md.dat: left out"));
+    EXPECT_LT(fit.json()["residual_rms_by_file"][path("soA_seC_md.dat")].get<double>(), 4e-4);
+    EXPECT_EQ(number(fit, "poses"), 3 * 135);
+    EXPECT_LT(number(fit, "position_rms_m"), 2e-4);
+}
+
+TEST_F(Stage, TransposedTablesZeroLinesAndOtherNamesAreRead) {
+    const std::string zeros = fmt::format("0\t0\t0\t0\t0\t0\t{}\n", fmt::join(std::vector<std::string>(9, "+0.0+0.0i"), "\t"));
+    write("run 7.dat", zeros + SeparateCoils().text({0, 0, 0}, Vec3<double>::Ones(), true));
+    const auto fit = tricoil("calibrate stage --json --out " + path("t.toml") + " --fixture '" + path("run 7.dat") +
+                             "=soLeft_seTop' '" + path("run 7.dat") + "'");
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    EXPECT_EQ(number(fit, "poses"), 135);
+    EXPECT_LT(number(fit, "position_rms_m"), 2e-4);
+    EXPECT_THAT(fit.json()["warnings"].dump(), HasSubstr("couplings transposed"));
+    EXPECT_THAT(fit.err, HasSubstr("1 lines have only zero couplings"));
+    EXPECT_THAT(read_file(path("t.toml")), HasSubstr("[source_stage.\"Left\"]"));
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " --fixture other.dat=soA_seB " + set("md")),
+                   "other.dat=soA_seB");
+}
+
+TEST_F(Stage, FixturesOfOtherCoilsAreRefused) {
+    ASSERT_EQ(tricoil("calibrate stage --out " + path("o.toml") + set("md")).exit_code, 0);
+    write("soZ_seZ_other.dat", SeparateCoils().text({0, 0, 0}));
+    expect_refused(tricoil("evaluate --refit-fixtures --calibration " + path("o.toml") + " " + path("soZ_seZ_other.dat")),
+                   "--refit-fixtures: found no fixtures");
+}
+
+TEST_F(Stage, FreeMotionTakesTheModelThatExplainsTheCouplings) {
+    const std::string free_motion = "calibrate free-motion --json --out " + path("free.toml") + set("md");
+    const auto richer = tricoil(free_motion);
+    ASSERT_EQ(richer.exit_code, 0) << richer.err;
+    EXPECT_THAT(richer.json()["warnings"].dump(), HasSubstr("took --model general"));
+    EXPECT_LT(number(richer, "residual_rms"), 0.01);
+    fs::remove(path("free.toml"));
+    expect_refused(tricoil(free_motion + " --model concentric"), "no more than 1 % is a calibration");
+    EXPECT_FALSE(fs::exists(path("free.toml")));
 }
 
 TEST_F(Stage, AnExistingCalibrationSurvivesAFailure) {

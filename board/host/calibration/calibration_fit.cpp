@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <set>
 #include <span>
 
 #include "board/host/calibration/ceres_solver.hpp"
@@ -64,6 +65,12 @@ struct FixtureGroups {
     std::vector<Mat3<double>> named;                      // rotation of each sensor fixture by its name, else identity
 };
 
+/// Files of the other source fixtures.
+std::vector<PoseFile> without(std::vector<PoseFile> files, const std::string& source) {
+    std::erase_if(files, [&](const PoseFile& file) { return source_fixture_name(file) == source; });
+    return files;
+}
+
 /// One fit: parameter blocks, Ceres problem and results.
 class Fit {
 public:
@@ -72,32 +79,46 @@ public:
 
     CalibrationFit run() {
         start();
-        solve(FitModel::concentric, kFirstLoss_m);
-        double loss_m = loss_of(pose_norms());
-        const auto last = static_cast<int>(options_.model);
-        for (int stage = 0; stage <= last; ++stage) {
-            for (int round = 0; round < 2; ++round) {
-                solve(static_cast<FitModel>(stage), loss_m);
-                loss_m = loss_of(pose_norms());
-            }
-        }
-        fits_stage_ = options_.stage != StageModel::ideal;
+        refuse_if(
+            left_handed_couplings_,
+            "the couplings are left-handed (det X < 0): one coil, or all three of one side, is reversed, or two are swapped; "
+            "correct the wiring or the signs");
+        fit_coils();
+        fits_stage_ = stage_model() != StageModel::ideal;
         for (int round = 0; round < 3 && fits_stage_; ++round) {
-            solve(options_.model, loss_m);
-            loss_m = loss_of(pose_norms());
+            solve(options_.model, loss_m_);
         }
         return result();
     }
 
+    /// After run(): throws InputError for residuals of a file that does not belong to the set.
+    void check() const { refuse_residuals(residuals_, options_.model); }
+
 private:
+    /// Several mountings start from fits with this model.
+    void fit_coils() {
+        const auto last = static_cast<int>(options_.model);
+        for (int stage = source_.size() > 1 ? last : 0; stage <= last; ++stage) {
+            for (int round = 0; round < (stage == 0 ? 3 : 2); ++round) {
+                solve(static_cast<FitModel>(stage), loss_m_);
+            }
+        }
+    }
+
+    [[nodiscard]] StageModel stage_model() const {
+        return options_.stage.value_or(source_.size() > 1 ? StageModel::room : StageModel::ideal);
+    }
+
     void start() {
         source_.assign(fixtures_.source_names.size(), {});
         fixture_.assign(fixtures_.sensor_names.size(), {});
         source_start_.assign(fixtures_.source_names.size(), Mat3<double>::Identity());
         jig_start_.assign(fixtures_.sensor_names.size(), Mat3<double>::Identity());
-        magnetic_ = {};
-        for (std::size_t s = 0; s < fixtures_.source_names.size(); ++s) {
-            start_source(s);
+        mount_start_.assign(fixtures_.sensor_names.size(), Mat3<double>::Identity());
+        if (fixtures_.source_names.size() == 1) {
+            start_alone();
+        } else {
+            start_together();
         }
         if (options_.fixtures == FixtureModel::named) {
             check_names();
@@ -107,39 +128,102 @@ private:
         }
     }
 
-    /// Start values in closed form for the files of each source fixture. The first fixture gives the magnetic parameters.
-    void start_source(std::size_t s) {
-        std::vector<PoseFile> mine;
-        std::vector<std::size_t> sensor;
+    /// Start values for files with one source fixture.
+    void start_alone() {
+        const InitialGuess guess = guess_start(files_);
+        coupling_constant_ = guess.coupling_constant;
+        start_rms_m_ = guess.position_rms_m;
+        left_handed_ = guess.stage_turns_left_handed;
+        left_handed_couplings_ = guess.left_handed_couplings;
+        wiring_ = guess.wiring;
+        const auto first = options_.model == FitModel::concentric ? kSourceOffsets : kMagnetic;
+        std::copy_n(guess.magnetic.begin(), first, magnetic_.begin());
         for (std::size_t f = 0; f < files_.size(); ++f) {
-            if (fixtures_.source_index[f] == s) {
-                mine.push_back(files_[f]);
-                sensor.push_back(fixtures_.sensor_index[f]);
-            }
+            wiring_[f].correct(files_[f]);
+            set_mount(fixtures_.sensor_index[f], guess.mount_sensor[f]);
         }
-        const InitialGuess guess = guess_start(mine);
-        if (s == 0) {
-            coupling_constant_ = guess.coupling_constant;
-            start_rms_m_ = guess.position_rms_m;
-            left_handed_ = guess.stage_turns_left_handed;
-            magnetic_ = parameters_of(guess.source, guess.sensor);
-        } else if (guess.stage_turns_left_handed != left_handed_) {
-            throw InputError("the stage turns in opposite directions in these files; calibrate them separately");
+        if (left_handed_) {
+            transpose_rotations(files_);
         }
-        if (guess.stage_turns_left_handed) {
+        set_source(0, guess.source_stage);
+    }
+
+    void set_source(std::size_t s, const Rigid& source) {
+        source_[s] = rigid_block(source.translation_m);
+        source_start_[s] = source.rotation;
+    }
+
+    void set_mount(std::size_t m, const Rigid& mount) {
+        fixture_[m] = rigid_block(mount.translation_m);
+        mount_start_[m] = mount.rotation;
+    }
+
+    /// Fits the files of each source fixture alone. The frame of the coils follows from the coils (see fit_calibration()), so
+    /// that the fits have one frame, but for reversed coils. The fit with the smallest residual gives the coils.
+    void start_together() {
+        std::vector<Fit> alone;
+        alone.reserve(source_.size());  // the problems point into the fits
+        for (std::size_t s = 0; s < source_.size(); ++s) {
+            std::vector<PoseFile> mine;
             for (std::size_t f = 0; f < files_.size(); ++f) {
                 if (fixtures_.source_index[f] == s) {
-                    transpose_rotations({&files_[f], 1});
+                    mine.push_back(files_[f]);
+                }
+            }
+            alone.emplace_back(std::move(mine), FitOptions{options_.model});
+            alone.back().start();
+            alone.back().fit_coils();
+        }
+        const auto worse = [](const Fit& a, const Fit& b) {
+            return std::pair(a.left_handed_couplings_, a.loss_m_) < std::pair(b.left_handed_couplings_, b.loss_m_);
+        };
+        const Fit& best = *std::min_element(alone.begin(), alone.end(), worse);
+        coupling_constant_ = best.coupling_constant_;
+        start_rms_m_ = best.start_rms_m_;
+        left_handed_ = best.left_handed_;
+        left_handed_couplings_ = best.left_handed_couplings_;
+        magnetic_ = best.magnetic_;
+        wiring_.resize(files_.size());
+        for (const bool is_best : {true, false}) {
+            for (std::size_t s = 0; s < alone.size(); ++s) {
+                if ((&alone[s] == &best) == is_best) {
+                    join(alone[s], s);
                 }
             }
         }
-        source_[s] = rigid_block(guess.source_stage.translation_m);
-        source_start_[s] = guess.source_stage.rotation;
-        mount_start_.resize(fixtures_.sensor_names.size(), Mat3<double>::Identity());
-        for (std::size_t i = 0; i < mine.size(); ++i) {
-            fixture_[sensor[i]] = rigid_block(guess.mount_sensor[i].translation_m);
-            mount_start_[sensor[i]] = guess.mount_sensor[i].rotation;
+        loss_m_ = kFirstLoss_m;
+    }
+
+    /// Takes over the fixtures of source fixture s, and its files with the signs of the coils that are already there.
+    void join(Fit& alone, std::size_t s) {
+        refuse_if(alone.left_handed_ != left_handed_,
+                  "{}: the stage turns in the opposite direction to that in the other files; calibrate them separately",
+                  alone.files_[0].path);
+        const Vec3<double> source = reversed_coils(model_of(magnetic_.data(), 1), model_of(alone.magnetic_.data(), 1));
+        std::size_t own = 0;
+        for (std::size_t f = 0; f < files_.size(); ++f) {
+            if (fixtures_.source_index[f] != s) {
+                continue;
+            }
+            const std::size_t m = fixtures_.sensor_index[f];
+            Rigid mount = alone.mount_of(alone.fixtures_.sensor_index[own]);
+            FileWiring wiring{false, source};
+            if (mounted_.contains(m)) {
+                for (Index k = 0; k < 3; ++k) {
+                    wiring.sensor(k) = mount.rotation.col(k).dot(mount_start_[m].col(k)) < 0 ? -1 : 1;
+                }
+            } else {
+                set_mount(m, mount);
+                mounted_.insert(m);
+            }
+            wiring.correct(alone.files_[own]);
+            wiring_[f] = {alone.wiring_[own].transposed, wiring.source.cwiseProduct(alone.wiring_[own].source),
+                          wiring.sensor.cwiseProduct(alone.wiring_[own].sensor)};
+            wiring_[f].count_fewest();
+            files_[f] = std::move(alone.files_[own++]);
         }
+        const Rigid found = alone.source_of(0);
+        set_source(s, {source.asDiagonal() * found.rotation, source.asDiagonal() * found.translation_m});
     }
 
     void check_names() {
@@ -165,13 +249,12 @@ private:
     }
 
     void solve(FitModel model, double loss_m) {
-        const double solves = 3 + 2 * static_cast<double>(options_.model) + (options_.stage != StageModel::ideal ? 3 : 0);
+        const double solves = 3 + 2 * static_cast<double>(options_.model) + (stage_model() != StageModel::ideal ? 3 : 0);
         if (options_.progress) {
             options_.progress(solves_++ / solves);
         }
         problem_ = std::make_unique<ceres::Problem>();
         pose_blocks_.clear();
-        const bool finite = model == FitModel::finite;
         for (std::size_t f = 0; f < files_.size(); ++f) {
             const std::size_t s = fixtures_.source_index[f];
             const std::size_t m = fixtures_.sensor_index[f];
@@ -180,8 +263,8 @@ private:
                 const Mat3<double>& jig = jig_start_[m];
                 const auto weight = pose_weight(model_of(magnetic_.data(), coupling_constant_), current_pose(s, m, pose),
                                                 metres_per_coupling(pose.x, coupling_constant_));
-                auto* cost = new PoseResidual(
-                    PoseTerms{pose, source_start_[s], fixtures_.named[m], jig, coupling_constant_, weight, finite});
+                auto* cost = new PoseResidual(PoseTerms{pose, source_start_[s], fixtures_.named[m], jig, coupling_constant_,
+                                                        weight, model == FitModel::finite});
                 pose_blocks_.push_back(problem_->AddResidualBlock(cost, new ceres::CauchyLoss(loss_m), magnetic_.data(),
                                                                   source_[s].data(), fixture, jig_.data(), stage_.data()));
             }
@@ -192,6 +275,7 @@ private:
         options.function_tolerance = 1e-10;
         options.num_threads = 2;
         solve_usably(*problem_, options);
+        loss_m_ = loss_of(pose_norms());
     }
 
     [[nodiscard]] Rigid mount_of(std::size_t m) const {
@@ -247,7 +331,7 @@ private:
         }
         prior_block_ =
             problem_->AddResidualBlock(new ceres::NormalPrior(prior, Eigen::VectorXd::Zero(kStage)), nullptr, stage_.data());
-        if (options_.stage == StageModel::turning) {
+        if (stage_model() == StageModel::turning) {
             std::vector<int> held(kStage - kRoom);
             std::iota(held.begin(), held.end(), kRoom);
             problem_->SetManifold(stage_.data(), new ceres::SubsetManifold(kStage, held));
@@ -309,9 +393,13 @@ private:
         fit.start_position_rms_m = start_rms_m_;
         fit.coupling_constant = coupling_constant_;
         fit.poses = count_poses(files_);
-        check_residuals(residuals_by_file(fit), options_.model, fit);
+        residuals_ = residuals_by_file(fit);
+        set_residuals(residuals_, options_.model, fit);
         check_parameters(parameter_estimate(), fit);
         check_fixture_names(fixtures_.sensor_names, fit);
+        for (std::size_t f = 0; f < files_.size(); ++f) {
+            fit.wiring[files_[f].path] = wiring_[f];
+        }
         return fit;
     }
 
@@ -362,7 +450,12 @@ private:
     bool fits_stage_ = false;
     double coupling_constant_ = 1;
     double start_rms_m_ = 0;
-    bool left_handed_ = false;
+    double loss_m_ = kFirstLoss_m;
+    bool left_handed_ = false;            // the stage turns so
+    bool left_handed_couplings_ = false;  // see InitialGuess
+    std::vector<FileWiring> wiring_;      // by file
+    std::vector<FileResidual> residuals_;
+    std::set<std::size_t> mounted_;  // sensor fixtures with start values, see join()
     std::unique_ptr<ceres::Problem> problem_;
     std::vector<ceres::ResidualBlockId> pose_blocks_;
     ceres::ResidualBlockId prior_block_ = nullptr;  // of the stage's errors
@@ -370,8 +463,45 @@ private:
 
 }  // namespace
 
+void correct_files(const CalibrationFit& fit, std::vector<PoseFile>& files) {
+    std::erase_if(files, [&](const PoseFile& file) { return !fit.wiring.contains(file.path); });
+    std::ranges::for_each(files, [&](PoseFile& file) { fit.wiring.at(file.path).correct(file); });
+}
+
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options) {
-    return Fit(files, options).run();
+    constexpr double kClearly = 1.25;
+    constexpr std::size_t kFewest = 3;  // two mountings of the source fit each other almost always
+    Fit all(files, options);
+    const CalibrationFit with_all = all.run();
+    double most = kClearly;
+    std::string worst;
+    for (const auto& [source, fixture] : with_all.source_stage) {
+        if (with_all.source_stage.size() > kFewest) {
+            const CalibrationFit fit = Fit(without(files, source), options).run();
+            double gain = 0;
+            for (const auto& [path, residual] : fit.residual_rms_by_file) {
+                gain += with_all.residual_rms_by_file.at(path) / residual / static_cast<double>(fit.residual_rms_by_file.size());
+            }
+            if (gain > most) {
+                most = gain;
+                worst = source;
+            }
+        }
+    }
+    if (worst.empty()) {
+        all.check();
+        return with_all;
+    }
+    CalibrationFit fit = fit_calibration(without(files, worst), options);
+    for (const PoseFile& file : files) {
+        if (source_fixture_name(file) == worst) {
+            fit.warnings.push_back(
+                fmt::format("{}: left out: with it the other files have {:.1f} times their residual, and it has {:.2f} % of the "
+                            "couplings; metal or a cable may have moved with the source",
+                            file.path, most, 100 * with_all.residual_rms_by_file.at(file.path)));
+        }
+    }
+    return fit;
 }
 
 }  // namespace tricoil::host

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,8 +39,8 @@ enum class StageModel {
 struct FitOptions {
     FitModel model = FitModel::general;
     FixtureModel fixtures = FixtureModel::free;
-    StageModel stage = StageModel::ideal;
-    ShowShare progress = {};  // may be empty
+    std::optional<StageModel> stage = std::nullopt;  // room for several mountings of the source, else ideal
+    ShowShare progress = {};                         // may be empty
 };
 
 /// Fitted parameter for output: name with unit, value, standard deviation.
@@ -59,8 +60,9 @@ struct CalibrationFit {
     double residual_rms = 0;  // of couplings, relative to the norm of each signal matrix, without outliers
     std::map<std::string, double> residual_rms_by_file;
     std::vector<std::string> warnings;  // large residuals, weakly determined parameters, fixtures that contradict their names
-    std::vector<std::string> outliers;  // FILE:LINE of poses whose residual exceeds eight medians of the residuals
-    double condition = 0;               // of the normalised Jacobian
+    std::map<std::string, FileWiring> wiring;  // by file that was used
+    std::vector<std::string> outliers;         // FILE:LINE of poses whose residual exceeds eight medians of the residuals
+    double condition = 0;                      // of the normalised Jacobian
     std::size_t poses = 0;
     double coupling_constant = 1;     // unit of the printed moments
     double start_position_rms_m = 0;  // of the closed-form start values
@@ -73,6 +75,12 @@ struct CalibrationFit {
 /// guess_start, and for unknown fixture names with FixtureModel::named, no convergence, parameters that the poses do not
 /// determine, couplings that the model does not explain, and contradictory files (residuals of one file far above those of the
 /// others).
+///
+/// Several mountings of one source (source fixtures) are fitted alone, turned into one frame and fitted together. Of four or
+/// more, one without which the others fit clearly better is left out, with a warning.
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options);
+
+/// Corrects the wiring of the files that the fit used, and removes the others (mountings that did not fit).
+void correct_files(const CalibrationFit& fit, std::vector<PoseFile>& files);
 
 }  // namespace tricoil::host

@@ -87,6 +87,7 @@ Equation equation_of(const MeasuredPose& pose, const Mat3<double>& model, Index 
 
 /// Equations of all couplings, without outliers of the fit and without faint couplings.
 std::vector<Equation> equations_of(std::vector<PoseFile> files, const CalibrationFit& fit) {
+    correct_files(fit, files);
     if (fit.stage_turns_left_handed) {
         transpose_rotations(files);
     }

@@ -2,6 +2,7 @@
 #include "core/base/angle_units.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -40,8 +41,8 @@ Eigen::MatrixXd explained(const Eigen::MatrixXd& features, const Eigen::MatrixXd
 
 void split_error(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files, ErrorReport& report) {
     const auto n = static_cast<Index>(errors.size());
-    Eigen::MatrixXd error(n, 3);
-    Eigen::MatrixXd position(n, 20);
+    Eigen::MatrixXd error = Eigen::MatrixXd::Zero(n, 3);
+    Eigen::MatrixXd position = Eigen::MatrixXd::Zero(n, 20);
     Eigen::MatrixXd attitude = Eigen::MatrixXd::Zero(n, 9 * static_cast<Index>(files.size()));
     Vec3<double> centre = Vec3<double>::Zero();
     for (const EvaluatedPose& e : errors) {
@@ -52,6 +53,9 @@ void split_error(const std::vector<EvaluatedPose>& errors, const std::vector<Pos
         for (const MeasuredPose& pose : files[f].poses) {
             const auto row = static_cast<Index>(at);
             const EvaluatedPose& e = errors[at++];
+            if (!e.converged) {
+                continue;
+            }
             error.row(row) = eigen(e.error_m).transpose();
             position.row(row) = monomials(10 * (e.truth_m - centre));
             attitude.row(row).segment(9 * static_cast<Index>(f), 9) = eigen(pose.stage_rotation).reshaped().transpose();
@@ -71,10 +75,25 @@ ErrorBand error_band(const std::vector<EvaluatedPose>& errors, double from_m, do
     std::vector<double> position_m;
     std::vector<double> orientation_deg;
     for (const EvaluatedPose& e : errors) {
-        position_m.push_back(e.error_m.norm());
-        orientation_deg.push_back(kDegrees * e.rotation_error_rad.norm());
+        if (e.converged) {
+            position_m.push_back(e.error_m.norm());
+            orientation_deg.push_back(kDegrees * e.rotation_error_rad.norm());
+        }
     }
-    return {from_m, to_m, errors.size(), summarise(position_m), summarise(orientation_deg)};
+    return {from_m, to_m, position_m.size(), summarise(position_m), summarise(orientation_deg)};
+}
+
+std::string places_not_converged(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files) {
+    constexpr std::size_t kNamed = 5;
+    std::vector<std::string> places;
+    for (const EvaluatedPose& e : errors) {
+        if (!e.converged) {
+            places.push_back(fmt::format("{}:{}", files[e.file].path, e.line));
+        }
+    }
+    const std::size_t named = std::min(places.size(), kNamed);
+    const std::string more = places.size() > named ? fmt::format(" and {} more", places.size() - named) : "";
+    return fmt::format("{}{}", fmt::join(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(named), ", "), more);
 }
 
 ErrorReport summarise_errors(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files) {

@@ -32,7 +32,10 @@ struct ErrorReport {
     double rough_rms_m = 0;
 };
 
-/// Errors of all these poses as one band.
+/// Places FILE:LINE of the poses without a solution; empty if there are none.
+std::string places_not_converged(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files);
+
+/// Errors of the poses that converged as one band.
 ErrorBand error_band(const std::vector<EvaluatedPose>& errors, double from_m = 0, double to_m = 0);
 
 ErrorReport summarise_errors(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files);

@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "board/host/calibration/calibration_fit.hpp"
@@ -45,16 +47,26 @@ const Rigid& fixture_of(const std::map<std::string, Rigid>& known, const std::st
     return found->second;
 }
 
+/// Calls use(file, pose, true pose, source fixture) for each pose.
+template <typename Use>
+void for_each_pose(const CalibrationFile& calibration, std::vector<PoseFile> files, const Use& use) {
+    if (calibration.stage_turns_left_handed) {
+        transpose_rotations(files);
+    }
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        const auto [source, mount] = fixtures_of(calibration, files[f]);
+        for (const MeasuredPose& pose : files[f].poses) {
+            use(f, pose, true_pose(source, pose, mount, calibration.stage_errors));
+        }
+    }
+}
+
 /// Direction from the source to the middle of the true positions, per source fixture: another fixture turns the source.
 std::map<std::string, Vec3<double>> hemispheres_of(const CalibrationFile& calibration, const std::vector<PoseFile>& files) {
     std::map<std::string, Vec3<double>> sums;
-    for (const PoseFile& file : files) {
-        const auto [source, mount] = fixtures_of(calibration, file);
-        for (const MeasuredPose& pose : file.poses) {
-            sums.try_emplace(source_fixture_name(file), Vec3<double>::Zero()).first->second +=
-                true_pose(source, pose, mount).position_m.normalized();
-        }
-    }
+    for_each_pose(calibration, files, [&](std::size_t f, const MeasuredPose&, const solver::RigidPose<double>& truth) {
+        sums.try_emplace(source_fixture_name(files[f]), Vec3<double>::Zero()).first->second += truth.position_m.normalized();
+    });
     return sums;
 }
 
@@ -73,18 +85,13 @@ Found solve_refined_pose(const calibration::Calibration<double>& c, const Mat3<d
     solver::ColdStartParams<double> params;
     params.hemisphere = c.hemisphere;
     params.refine.max_iterations = 40;
+    params.refine.max_condition = 1e9;  // the errors of weakly determined poses belong to the evaluation
     const auto solution = solver::solve_cold<double>(c.model, x, Mat3<double>::Ones(), params);
     if (!solution.ok()) {
         throw InputError(place + ": " + solution.status().message());
     }
     const auto& r = solution->refinement;
     return {r.pose, r.converged() && solution->right_handed, solution->iterations, r.misfit_share};
-}
-
-/// Couplings that the stray field adds at a true pose.
-Mat3<double> stray_couplings(const CalibrationFile& calibration, const solver::RigidPose<double>& truth) {
-    const Mat3<double> o = truth.q_source_sensor.toRotationMatrix().transpose();
-    return calibration.calibration.model.sensor_sensitivity.transpose() * o * calibration.stage_errors.stray;
 }
 
 }  // namespace
@@ -94,45 +101,66 @@ Fixtures fixtures_of(const CalibrationFile& calibration, const PoseFile& file) {
             fixture_of(calibration.mount_sensor, sensor_fixture_name(file), "sensor", file)};
 }
 
+std::vector<FileWiring> correct_wiring(const CalibrationFile& calibration, std::vector<PoseFile>& files) {
+    constexpr double kCertain = 0.9;
+    using Correlation = std::array<Mat3<double>, 2>;  // as read, transposed
+    std::vector<Correlation> correlations(files.size(), {Mat3<double>::Zero(), Mat3<double>::Zero()});
+    for_each_pose(calibration, files, [&](std::size_t f, const MeasuredPose& pose, const solver::RigidPose<double>& truth) {
+        const Mat3<double> model = couplings_at(calibration.calibration.model, calibration.stage_errors, truth);
+        const double scale = 1 / (model.norm() * pose.x.norm() * static_cast<double>(files[f].poses.size()));
+        correlations[f][0] += scale * model.cwiseProduct(pose.x);
+        correlations[f][1] += scale * model.cwiseProduct(pose.x.transpose());
+    });
+    std::vector<FileWiring> found(files.size());
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        double most = std::max(correlations[f][0].sum(), kCertain);
+        for (int k = 1; k < 128; ++k) {
+            const auto sign = [k](int bit) { return (k >> bit & 1) != 0 ? -1.0 : 1.0; };
+            const FileWiring wiring{sign(6) < 0, {sign(0), sign(1), sign(2)}, {sign(3), sign(4), sign(5)}};
+            const double sum = wiring.sensor.dot(correlations[f][wiring.transposed ? 1 : 0] * wiring.source);
+            if (sum > most + 1e-9) {
+                most = sum;
+                found[f] = wiring;
+            }
+        }
+        found[f].count_fewest();
+        found[f].correct(files[f]);
+    }
+    return found;
+}
+
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                     EvaluationSolver solver) {
-    std::vector<PoseFile> turned = files;
-    if (calibration.stage_turns_left_handed) {
-        transpose_rotations(turned);
-    }
     auto c = calibration.calibration;
-    const auto hemispheres = hemispheres_of(calibration, turned);
+    const auto hemispheres = hemispheres_of(calibration, files);
     const auto output = calibration::CoilCorrection<double>::phases(c);
     std::vector<EvaluatedPose> errors;
-    for (std::size_t f = 0; f < turned.size(); ++f) {
-        const PoseFile& file = turned[f];
-        const auto [source, mount] = fixtures_of(calibration, file);
-        c.hemisphere = hemispheres.at(source_fixture_name(file));
-        for (const MeasuredPose& pose : file.poses) {
-            const std::string place = fmt::format("{}:{}", file.path, pose.line);
-            const auto truth = true_pose(source, pose, mount, calibration.stage_errors);
-            const Mat3<double> x = pose.x - stray_couplings(calibration, truth);
-            const Found found =
-                solver == EvaluationSolver::direct ? solve_direct_pose(c, x, place) : solve_refined_pose(c, x, place);
-            EvaluatedPose error;
-            error.file = f;
-            error.line = pose.line;
-            error.converged = found.converged;
-            error.iterations = found.iterations;
-            error.truth_m = truth.position_m;
-            error.error_m = output.corrected_position(found.pose.position_m) - truth.position_m;
-            error.rotation_error_rad =
-                geometry::quaternion_to_rotation_vector<double>(found.pose.q_source_sensor * truth.q_source_sensor.conjugate());
-            error.misfit_share = found.misfit_share;
-            errors.push_back(error);
-        }
-    }
+    for_each_pose(calibration, files, [&](std::size_t f, const MeasuredPose& pose, const solver::RigidPose<double>& truth) {
+        c.hemisphere = hemispheres.at(source_fixture_name(files[f]));
+        const std::string place = fmt::format("{}:{}", files[f].path, pose.line);
+        const Mat3<double> expected = couplings_at(c.model, calibration.stage_errors, truth);
+        const Mat3<double> x = pose.x - (expected - couplings_at(c.model, {}, truth));  // without the stray field
+        const Found found = solver == EvaluationSolver::direct ? solve_direct_pose(c, x, place) : solve_refined_pose(c, x, place);
+        EvaluatedPose error;
+        error.file = f;
+        error.line = pose.line;
+        error.converged = found.converged;
+        error.iterations = found.iterations;
+        error.truth_m = truth.position_m;
+        error.error_m = output.corrected_position(found.pose.position_m) - truth.position_m;
+        error.rotation_error_rad =
+            geometry::quaternion_to_rotation_vector<double>(found.pose.q_source_sensor * truth.q_source_sensor.conjugate());
+        error.misfit_share = found.misfit_share;
+        error.unexplained_share = std::min((expected - pose.x).norm() / pose.x.norm(), 1.0);
+        errors.push_back(error);
+    });
     return errors;
 }
 
 namespace {
 
-/// One Gauss-Newton step that changes the transforms of all fixtures, and a free scale, so that the pose errors decrease.
+/// One Gauss-Newton step that changes the transforms of all fixtures, and a free scale, so that the errors of the poses that
+/// converged decrease.
 void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<EvaluatedPose>& errors) {
     std::map<std::string, Index> column;
     for (const PoseFile& file : files) {
@@ -141,7 +169,7 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
     }
     const auto scale = 6 * static_cast<Index>(column.size());  // last column
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(6 * static_cast<Index>(errors.size()), scale + 1);
-    Eigen::VectorXd residual(jacobian.rows());
+    Eigen::VectorXd residual = Eigen::VectorXd::Zero(jacobian.rows());
     constexpr double kLever_m = 0.1;
     std::size_t at = 0;
     for (std::size_t f = 0; f < files.size(); ++f) {
@@ -151,6 +179,9 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
         for (const MeasuredPose& pose : files[f].poses) {
             const auto row = 6 * static_cast<Index>(at);
             const EvaluatedPose& e = errors[at++];
+            if (!e.converged) {
+                continue;
+            }
             const Mat3<double> turned = source.rotation * pose.stage_rotation;
             const Vec3<double> arm = e.truth_m - source.translation_m;
             // A small change (d, w) of source and mount moves the true pose by d_source + w_source x arm + A R d_mount and
@@ -200,20 +231,26 @@ CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const
             model = with_scaled_lengths(model, std::cbrt(3 * guess.coupling_constant / model.source_moment.trace()));
         }
         // The guess uses another gauge than the calibration, so it is used only for fixtures that the calibration lacks.
-        if (result.source_stage.try_emplace(name, guess.source_stage).second) {
+        const Vec3<double> signs =
+            reversed_coils(result.calibration.model, model_of(guess.magnetic.data(), guess.coupling_constant));
+        const Rigid source{signs.asDiagonal() * guess.source_stage.rotation,
+                           signs.asDiagonal() * guess.source_stage.translation_m};
+        if (result.source_stage.try_emplace(name, source).second) {
             result.stage_turns_left_handed = guess.stage_turns_left_handed;
         }
         for (std::size_t i = 0; i < group.size(); ++i) {
             result.mount_sensor.try_emplace(sensor_fixture_name(group[i]), guess.mount_sensor[i]);
         }
     }
-    std::vector<PoseFile> turned = files;
+    std::vector<PoseFile> corrected = files;
+    (void)correct_wiring(result, corrected);
+    std::vector<PoseFile> turned = corrected;
     if (result.stage_turns_left_handed) {
         transpose_rotations(turned);
     }
     constexpr int kRounds = 5;
     for (int round = 0; round < kRounds; ++round) {
-        refine_fixtures(result, turned, evaluate(result, files, solver));
+        refine_fixtures(result, turned, evaluate(result, corrected, solver));
     }
     return result;
 }

@@ -19,7 +19,8 @@ struct EvaluatedPose {
     Vec3<double> truth_m = Vec3<double>::Zero();
     Vec3<double> error_m = Vec3<double>::Zero();  // tracker minus stage
     Vec3<double> rotation_error_rad = Vec3<double>::Zero();
-    double misfit_share = 0;  // share of the couplings that the pose does not explain
+    double misfit_share = 0;       // share of the couplings that the pose does not explain
+    double unexplained_share = 0;  // that the true pose does not explain, at most 1
 };
 
 struct Fixtures {
@@ -34,6 +35,10 @@ Fixtures fixtures_of(const CalibrationFile& calibration, const PoseFile& file);
 /// converge are marked. Throws InputError like fixtures_of(), and for couplings without a pose.
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                     EvaluationSolver solver);
+
+/// Corrects files whose couplings are transposed, or whose coils are reversed, relative to the calibration: a correlation with
+/// the couplings at the true poses of more than 0.9 shows it. Returns the differences by file.
+std::vector<FileWiring> correct_wiring(const CalibrationFile& calibration, std::vector<PoseFile>& files);
 
 /// Fits the fixtures of these files with fixed magnetic parameters.
 CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const std::vector<PoseFile>& files,

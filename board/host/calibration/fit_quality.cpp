@@ -53,7 +53,7 @@ void refuse_mixed_sets(const std::vector<FileResidual>& files) {
         const bool worse = !others.empty() && rms > kMixedFactor * median(others) && rms > kMixedShare;
         refuse_if(2 * outliers > files[f].poses || worse,
                   "{}: {} of {} poses do not fit the model of the whole set (residual {:.2g} of the couplings); it was recorded "
-                  "with other coils, gains or mounting: calibrate it by itself",
+                  "with other coils or gains, or metal or a cable moved: calibrate it by itself",
                   files[f].path, outliers, files[f].poses, rms);
     }
 }
@@ -62,11 +62,11 @@ void refuse_unexplained(const std::vector<FileResidual>& files, FitModel model) 
     const auto worst = std::max_element(files.begin(), files.end(),
                                         [](const FileResidual& a, const FileResidual& b) { return a.rms() < b.rms(); });
     if (worst->rms() > (model == FitModel::concentric ? kMaxConcentricResidual : kMaxGeneralResidual)) {
-        throw InputError(
-            fmt::format("{}: the model leaves {:.0f} % of the couplings unexplained, the largest share of all files; files of "
-                        "different coils or gains are mixed, a coil was reversed or swapped within the set, or the stage's "
-                        "numbers do not belong to the couplings",
-                        worst->path, 100 * worst->rms()));
+        throw InputError(fmt::format(
+            "{}: no start was found from which the model explains the couplings; the best leaves {:.0f} %, the largest "
+            "share of all files. Causes: files of different coils or gains, coils swapped within the set, stage "
+            "numbers of other couplings, or coils too large or too near for dipoles",
+            worst->path, 100 * worst->rms()));
     }
 }
 
@@ -112,7 +112,7 @@ int free_magnetic(FitModel model) {
 
 double FileResidual::rms() const { return used > 0 ? std::sqrt(squares / static_cast<double>(used)) : 1; }
 
-void check_residuals(const std::vector<FileResidual>& files, FitModel model, CalibrationFit& fit) {
+void set_residuals(const std::vector<FileResidual>& files, FitModel model, CalibrationFit& fit) {
     double squares = 0;
     std::size_t used = 0;
     for (const FileResidual& file : files) {
@@ -121,9 +121,12 @@ void check_residuals(const std::vector<FileResidual>& files, FitModel model, Cal
         used += file.used;
     }
     fit.residual_rms = std::sqrt(squares / std::max(static_cast<double>(used), 1.0));
+    warn_of_unexplained(model, fit);
+}
+
+void refuse_residuals(const std::vector<FileResidual>& files, FitModel model) {
     refuse_mixed_sets(files);
     refuse_unexplained(files, model);
-    warn_of_unexplained(model, fit);
 }
 
 void check_residuals_of_motion(const FileResidual& data, FitModel model, CalibrationFit& fit) {

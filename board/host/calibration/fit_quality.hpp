@@ -23,11 +23,14 @@ struct FileResidual {
     [[nodiscard]] double rms() const;  // 1 if no pose is used
 };
 
-/// Sets the RMS residuals of `fit` and adds warnings. Throws InputError if most poses of a file are outliers, if its residual is
-/// far above those of the other files, or if the model does not explain the couplings.
-void check_residuals(const std::vector<FileResidual>& files, FitModel model, CalibrationFit& fit);
+/// Sets the RMS residuals of `fit` and adds warnings.
+void set_residuals(const std::vector<FileResidual>& files, FitModel model, CalibrationFit& fit);
 
-/// The same for data of one set without poses of a stage.
+/// Throws InputError if most poses of a file are outliers, if its residual is far above those of the other files, or if the model
+/// does not explain the couplings.
+void refuse_residuals(const std::vector<FileResidual>& files, FitModel model);
+
+/// Both for data of one set without poses of a stage.
 void check_residuals_of_motion(const FileResidual& data, FitModel model, CalibrationFit& fit);
 
 /// Linearised fit at the solution: nine rows per pose, then those of a prior, if any.

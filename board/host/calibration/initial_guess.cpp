@@ -3,30 +3,22 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "board/host/calibration/self_calibration.hpp"
+#include "board/host/calibration/pose_residual.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/statistics.hpp"
+#include "core/field/concentric_dipole.hpp"
+#include "core/linear/cholesky.hpp"
 #include "core/linear/eigen.hpp"
-#include "core/solver/direct.hpp"
 #include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {
 
-constexpr std::size_t kMinPoses = 30;  // the gains need as many, see self_calibrate()
+constexpr std::size_t kMinPoses = 30;  // nine products for each pair of coils, and noise
 constexpr double kMinSpread = 0.02;    // ratio of the smallest to the largest principal extent of the stage positions
-
-/// Measured pose and its direct solution.
-struct Solved {
-    const MeasuredPose* pose;
-    std::size_t file;
-    Vec3<double> position_m;  // computed with C = 1
-    Mat3<double> attitude;    // O
-    double weight = 1;
-};
 
 using PoseList = std::vector<std::pair<const MeasuredPose*, std::size_t>>;
 
@@ -58,160 +50,246 @@ void check_spread(const PoseList& list) {
               "the stage does not rotate; calibration needs poses in different attitudes (20 degrees and more)");
 }
 
-std::vector<Solved> solve_all(const PoseList& list, const std::vector<PoseFile>& files, const InitialGuess& guess) {
-    std::vector<Solved> solved;
-    std::size_t left_handed = 0;
-    for (const auto& [pose, file] : list) {
-        const Mat3<double> x = corrected(pose->x, guess.sensor, guess.source);
-        const auto solution = solver::solve_direct<double>(x, 1.0);
-        if (!solution.ok()) {
-            throw InputError(fmt::format("{}:{}: {}", files[file].path, pose->line, solution.status().message()));
-        }
-        left_handed += solution->right_handed ? 0U : 1U;
-        solved.push_back({pose, file, solution->range_m * solution->direction, solution->attitude});
-    }
-    refuse_if(2 * left_handed > list.size(),
-              "the couplings are left-handed (det X < 0): one coil, or all three of one side, is reversed, or two are swapped; "
-              "correct the wiring or the signs");
-    return solved;
-}
+constexpr std::size_t kPosesPerFile = 150;  // that the search uses
+constexpr double kRidge = 1e-9;             // relative; products that the poses do not determine stay small
+constexpr double kFinest_m = 2e-4;          // last step of the search; the fit that follows starts from centimetres
 
-/// Chooses the signs of the positions: poses that are close on the stage must be close in the source frame. Follows a minimum
-/// spanning tree of the distances on the stage.
-void align_hemispheres(std::vector<Solved>& solved) {
-    const std::size_t n = solved.size();
-    std::vector<double> distance(n, std::numeric_limits<double>::max());
-    std::vector<std::size_t> parent(n, 0);
-    std::vector<bool> done(n, false);
-    distance[0] = 0;
-    for (std::size_t step = 0; step < n; ++step) {
-        std::size_t next = n;
-        for (std::size_t i = 0; i < n; ++i) {
-            if (!done[i] && (next == n || distance[i] < distance[next])) {
-                next = i;
+/// Places in the frame of the stage and of the mounts.
+struct CoilPlaces {
+    Mat3<double> source_m = Mat3<double>::Zero();  // one column per source coil, stage
+    std::vector<Vec3<double>> sensor_m;            // middle of the sensor coils in its mount, by file
+};
+
+/// Products of source coil j (columns: sensor coils; rows: component of the sensor coil + 3 times that of the source coil).
+Matrix<double, 9, 3> products_of_coil(const PoseFile& file, const Vec3<double>& source_m, const Vec3<double>& sensor_m, Index j,
+                                      double& rest) {
+    Matrix<double, 9, 9> normal = Matrix<double, 9, 9>::Zero();
+    Matrix<double, 9, 3> right = Matrix<double, 9, 3>::Zero();
+    for (const MeasuredPose& pose : file.poses) {
+        const Vec3<double> r = pose.stage_position_m + pose.stage_rotation * sensor_m - source_m;
+        const double range_m = std::max(r.norm(), 1e-6);
+        const double weight = 1 / pose.x.norm();
+        const Mat3<double> field = (weight / (range_m * range_m * range_m)) * pose.stage_rotation.transpose() *
+                                   field::dipole_factor<double>(r / range_m);
+        for (int k = 0; k < 9; ++k) {
+            for (int l = 0; l <= k; ++l) {
+                normal(k, l) += field.data()[k] * field.data()[l];
+            }
+            for (int i = 0; i < 3; ++i) {
+                right(k, i) += weight * field.data()[k] * pose.x(i, j);
             }
         }
-        done[next] = true;
-        if (step > 0 && solved[next].position_m.dot(solved[parent[next]].position_m) < 0) {
-            solved[next].position_m *= -1;
-        }
-        for (std::size_t i = 0; i < n; ++i) {
-            // A rotation of the stage also moves the sensor in its mount: a radian counts as 0.1 m.
-            const double turn = (solved[i].pose->stage_rotation - solved[next].pose->stage_rotation).norm() / std::sqrt(2.0);
-            const double other_file = solved[i].file == solved[next].file ? 0 : 0.05;
-            const double d =
-                (solved[i].pose->stage_position_m - solved[next].pose->stage_position_m).norm() + 0.1 * turn + other_file;
-            if (!done[i] && d < distance[i]) {
-                distance[i] = d;
-                parent[i] = next;
+        rest += weight * weight * pose.x.col(j).squaredNorm();
+    }
+    const double ridge = kRidge * normal.trace();
+    for (int k = 0; k < 9; ++k) {
+        normal(k, k) += ridge;
+    }
+    const Matrix<double, 9, 3> products = Cholesky<double, 9>(normal).solve<3>(right);
+    rest -= products.cwiseProduct(right).sum();
+    return products;
+}
+
+/// Couplings of dipoles, n^T R^T D(r) m / r^3, are linear in the products of sensitivities n and moments m. Therefore only the
+/// places are searched: a common centre of the source coils on a grid around the stage, then all coordinates in turn.
+class PlaceSearch {
+public:
+    explicit PlaceSearch(const std::vector<PoseFile>& files) {
+        for (const PoseFile& file : files) {
+            PoseFile& fewer = files_.emplace_back();
+            const std::size_t step = (file.poses.size() + kPosesPerFile - 1) / kPosesPerFile;
+            for (std::size_t k = 0; k < file.poses.size(); k += step) {
+                fewer.poses.push_back(file.poses[k]);
+                middle_m_ += file.poses[k].stage_position_m;
             }
         }
+        middle_m_ /= static_cast<double>(count_poses(files_));
+    }
+
+    CoilPlaces run() {
+        CoilPlaces best = best_centre();
+        double cost = cost_of(best);
+        for (const bool common : {true, false}) {
+            for (double step_m = 0.02; step_m > kFinest_m; step_m /= 2) {
+                while (improve(best, cost, step_m, common)) {
+                }
+            }
+        }
+        return best;
+    }
+
+private:
+    /// Of a grid of directions to the faces, edges and corners of a cube.
+    [[nodiscard]] CoilPlaces best_centre() const {
+        CoilPlaces best;
+        double least = std::numeric_limits<double>::max();
+        for (int cell = 0; cell < 27; ++cell) {
+            const Vec3<double> towards(cell % 3 - 1, cell / 3 % 3 - 1, cell / 9 - 1);
+            for (double range_m = 0.06; range_m < 4; range_m *= 1.4) {
+                CoilPlaces at{Mat3<double>::Zero(), std::vector(files_.size(), Vec3<double>(Vec3<double>::Zero()))};
+                at.source_m.colwise() += middle_m_ + (range_m / std::max(towards.norm(), 1.0)) * towards;
+                if (const double cost = cost_of(at); cost < least) {
+                    least = cost;
+                    best = at;
+                }
+            }
+        }
+        return best;
+    }
+
+    [[nodiscard]] double cost_of(const CoilPlaces& places) const {
+        double rest = 0;
+        for (std::size_t f = 0; f < files_.size(); ++f) {
+            for (Index j = 0; j < 3; ++j) {
+                (void)products_of_coil(files_[f], places.source_m.col(j), places.sensor_m[f], j, rest);
+            }
+        }
+        return rest;
+    }
+
+    /// Moves each coordinate by one step, if that reduces the cost. common: all source coils together.
+    bool improve(CoilPlaces& best, double& least, double step_m, bool common) const {
+        bool improved = false;
+        const std::size_t sources = common ? 1 : 3;
+        for (std::size_t k = 0; k < 6 * (sources + files_.size()); ++k) {
+            const Vec3<double> move = (k % 2 == 0 ? step_m : -step_m) * Vec3<double>::Unit(static_cast<Index>(k / 2 % 3));
+            CoilPlaces trial = best;
+            if (k / 6 >= sources) {
+                trial.sensor_m[k / 6 - sources] += move;
+            } else if (common) {
+                trial.source_m.colwise() += move;
+            } else {
+                trial.source_m.col(static_cast<Index>(k / 6)) += move;
+            }
+            if (const double cost = cost_of(trial); cost < (1 - 1e-6) * least) {
+                least = cost;
+                best = trial;
+                improved = true;
+            }
+        }
+        return improved;
+    }
+
+    std::vector<PoseFile> files_;
+    Vec3<double> middle_m_ = Vec3<double>::Zero();
+};
+
+/// Products n m^T of all pairs of coils: row 3 k + a, column 3 j + b has component a of sensor coil k (mount) times component b
+/// of source coil j (stage). Of rank one for dipoles.
+Matrix<double, 9, 9> fit_products(const PoseFile& file, const Mat3<double>& source_m, const Vec3<double>& sensor_m) {
+    Matrix<double, 9, 9> all;
+    double rest = 0;
+    for (Index j = 0; j < 3; ++j) {
+        const auto products = products_of_coil(file, source_m.col(j), sensor_m, j, rest);
+        for (int k = 0; k < 27; ++k) {
+            all(3 * (k / 9) + k % 3, 3 * j + k / 3 % 3) = products(k % 9, k / 9);
+        }
+    }
+    return all;
+}
+
+/// Moments and sensitivities of one file, from the dominant singular vectors of their products.
+struct Factors {
+    Mat3<double> moments;        // one column per source coil, stage
+    Mat3<double> sensitivities;  // one column per sensor coil, mount; right-handed
+};
+
+Factors factors_of(const Matrix<double, 9, 9>& products) {
+    const SymmetricEigen pairs = eigen_of_symmetric(eigen(products.transpose() * products));
+    const Matrix<double, 9, 1> v = Eigen::Matrix<double, 9, 1>(pairs.vectors.col(8));
+    const Matrix<double, 9, 1> u = products * v;
+    const Factors factors{Mat3<double>(v.data()), Mat3<double>(u.data())};
+    return factors.sensitivities.determinant() < 0 ? Factors{-factors.moments, -factors.sensitivities} : factors;
+}
+
+/// -1 for each column that is opposite to that of `reference`.
+Vec3<double> signs_of(const Mat3<double>& columns, const Mat3<double>& reference) {
+    Vec3<double> signs = Vec3<double>::Ones();
+    for (Index j = 0; j < 3; ++j) {
+        signs(j) = columns.col(j).dot(reference.col(j)) < -0.5 * columns.col(j).norm() * reference.col(j).norm() ? -1 : 1;
+    }
+    return signs;
+}
+
+/// Reversed coils of each file relative to the first one with right-handed couplings. Sensor coils are only compared in equal
+/// fixtures: in another one, two reversed coils are a rotation of the sensor.
+void find_reversed_coils(const std::vector<PoseFile>& files, std::vector<Factors>& factors, InitialGuess& guess) {
+    const auto is_right_handed = [](const Factors& f) { return f.moments.determinant() > 0; };
+    const auto reference = std::ranges::find_if(factors, is_right_handed);
+    guess.left_handed_couplings = reference == factors.end();
+    const Mat3<double> moments = guess.left_handed_couplings ? Mat3<double>(-factors[0].moments) : reference->moments;
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        FileWiring& wiring = guess.wiring.emplace_back();
+        wiring.source = signs_of(factors[f].moments, moments);
+        factors[f].moments = factors[f].moments * wiring.source.asDiagonal();
+        for (std::size_t g = 0; g < f; ++g) {
+            if (sensor_fixture_name(files[g]) == sensor_fixture_name(files[f])) {
+                wiring.sensor = signs_of(factors[f].sensitivities, factors[g].sensitivities);
+                factors[f].sensitivities = factors[f].sensitivities * wiring.sensor.asDiagonal();
+                break;
+            }
+        }
+        wiring.count_fewest();
     }
 }
 
-/// G of p = G t + H_f vec(R) + c by least squares. p: position with C = 1; t, R: stage; H_f: 3 x 9 matrix of each file.
-Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
-    const auto n = static_cast<Index>(solved.size());
-    Eigen::MatrixXd features = Eigen::MatrixXd::Zero(n, 4 + 9 * static_cast<Index>(files));
-    Eigen::MatrixXd positions(n, 3);
-    for (Index i = 0; i < n; ++i) {
-        const Solved& s = solved[static_cast<std::size_t>(i)];
-        features.row(i).head<3>() = s.weight * eigen(s.pose->stage_position_m);
-        features(i, 3) = s.weight;
-        features.row(i).segment<9>(4 + 9 * static_cast<Index>(s.file)) = s.weight * eigen(s.pose->stage_rotation).reshaped();
-        positions.row(i) = s.weight * eigen(s.position_m);
-    }
-    const Eigen::MatrixXd solution = least_squares(features, positions);
-    return solution.topRows<3>().transpose();
+/// m = rotation times a symmetric matrix, which is returned.
+Mat3<double> symmetric_part(const Mat3<double>& m, const Mat3<double>& rotation) {
+    const Mat3<double> s = rotation.transpose() * m;
+    return 0.5 * (s + s.transpose());
 }
 
-/// c and the offset d of each file's mount from p / s - A t = A R d + c by least squares. s: scale; A: rotation of the stage.
-void fit_offsets(const std::vector<Solved>& solved, double scale, InitialGuess& guess) {
-    const auto n = static_cast<Index>(solved.size());
-    const auto unknowns = 3 + 3 * static_cast<Index>(guess.mount_sensor.size());
-    Eigen::MatrixXd features = Eigen::MatrixXd::Zero(3 * n, unknowns);
-    Eigen::VectorXd rest(3 * n);
-    const Mat3<double>& a = guess.source_stage.rotation;
-    for (Index i = 0; i < n; ++i) {
-        const Solved& s = solved[static_cast<std::size_t>(i)];
-        features.block<3, 3>(3 * i, 0) = s.weight * Eigen::Matrix3d::Identity();
-        features.block<3, 3>(3 * i, 3 + 3 * static_cast<Index>(s.file)) = eigen(s.weight * a * s.pose->stage_rotation);
-        rest.segment<3>(3 * i) = eigen(s.weight * (s.position_m / scale - a * s.pose->stage_position_m));
-    }
-    const Eigen::VectorXd solution = least_squares(features, rest);
-    guess.source_stage.translation_m = solution.head<3>();
-    for (std::size_t f = 0; f < guess.mount_sensor.size(); ++f) {
-        guess.mount_sensor[f].translation_m = solution.segment<3>(3 + 3 * static_cast<Index>(f));
-    }
-}
-
-void fit_mount_rotations(const std::vector<Solved>& solved, InitialGuess& guess) {
-    std::vector<Mat3<double>> sum(guess.mount_sensor.size(), Mat3<double>::Zero());
-    for (const Solved& s : solved) {  // O^T = A R B, B: rotation of the mount
-        sum[s.file] += s.weight * (guess.source_stage.rotation * s.pose->stage_rotation).transpose() * s.attitude.transpose();
-    }
-    for (std::size_t f = 0; f < sum.size(); ++f) {
-        guess.mount_sensor[f].rotation = nearest_rotation(sum[f]);
-    }
-}
-
-/// RMS position error. Sets the weight of poses with an error above five times the median to zero.
-double update_weights(std::vector<Solved>& solved, double scale, const InitialGuess& guess) {
-    std::vector<double> errors;
-    for (const Solved& s : solved) {
-        const auto truth = true_pose(guess.source_stage, *s.pose, guess.mount_sensor[s.file]);
-        errors.push_back((s.position_m / scale - truth.position_m).norm());
-    }
-    const double limit = 5 * median(errors) + 1e-9;
-    double squares = 0;
-    double count = 0;
-    for (std::size_t i = 0; i < solved.size(); ++i) {
-        solved[i].weight = errors[i] < limit ? 1 : 0;
-        squares += solved[i].weight * errors[i] * errors[i];
-        count += solved[i].weight;
-    }
-    return std::sqrt(squares / count);
-}
-
-/// RMS attitude error with one rotation for each mount, rad.
-double attitude_rms(const std::vector<Solved>& solved, const InitialGuess& guess) {
-    double squares = 0;
-    double weights = 0;
-    for (const Solved& s : solved) {
-        const auto truth = true_pose(guess.source_stage, *s.pose, guess.mount_sensor[s.file]);
-        const double chord = (truth.q_source_sensor.toRotationMatrix() - s.attitude.transpose()).squaredNorm() / 2;
-        squares += s.weight * chord;
-        weights += s.weight;
-    }
-    return std::sqrt(squares / weights);
-}
-
-InitialGuess guess_with_gains(const std::vector<PoseFile>& files, const SelfCalibration& gains) {
-    const PoseList list = all_poses(files);
+/// Everything but the sense of the stage and the order of the couplings.
+InitialGuess fit_coils(const std::vector<PoseFile>& files) {
     InitialGuess guess;
-    guess.mount_sensor.resize(files.size());
-    guess.sensor = gains.sensor;
-    guess.source = gains.source;
-    auto solved = solve_all(list, files, guess);
-    align_hemispheres(solved);
-    constexpr int kRounds = 3;
-    for (int round = 0; round < kRounds; ++round) {
-        Mat3<double> linear = linear_part(solved, files.size());
-        if (linear.determinant() < 0) {  // all positions have the wrong sign
-            for (Solved& s : solved) {
-                s.position_m *= -1;
-            }
-            linear *= -1;
-        }
-        const double scale = std::cbrt(linear.determinant());  // lengths computed with C = 1 are too short by C^(1/3)
-        guess.coupling_constant = 1 / (scale * scale * scale);
-        guess.source_stage.rotation = nearest_rotation(linear);
-        fit_offsets(solved, scale, guess);
-        fit_mount_rotations(solved, guess);
-        guess.attitude_rms_rad = attitude_rms(solved, guess);
-        guess.position_rms_m = update_weights(solved, scale, guess);
+    const CoilPlaces places = PlaceSearch(files).run();
+    std::vector<Factors> factors;
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        factors.push_back(factors_of(fit_products(files[f], places.source_m, places.sensor_m[f])));
     }
+    find_reversed_coils(files, factors, guess);
+    Mat3<double> moments = Mat3<double>::Zero();
+    Mat3<double> sensor = Mat3<double>::Zero();
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        const double strength = factors[f].sensitivities.norm();
+        const Mat3<double> mount = nearest_rotation(factors[f].sensitivities);
+        moments += strength * factors[f].moments;
+        sensor += symmetric_part(factors[f].sensitivities, mount) / strength;
+        guess.mount_sensor.push_back({mount, places.sensor_m[f]});
+    }
+    const double scale = sensor.trace() / 3;  // sensitivities have the trace three
+    moments *= scale / static_cast<double>(files.size() * files.size());
+    const Mat3<double> rotation = nearest_rotation(moments);
+    const Mat3<double> source = symmetric_part(moments, rotation);
+    const Vec3<double> centre = places.source_m.rowwise().mean();
+    Mat3<double> offsets = places.source_m;
+    offsets.colwise() -= centre;
+    guess.source_stage = {rotation.transpose(), -(rotation.transpose() * centre)};
+    guess.coupling_constant = source.trace() / 3;
+    guess.magnetic = parameters_of(source / guess.coupling_constant, sensor / scale);
+    const Matrix<double, 3, 2> two = (rotation.transpose() * offsets / kLengthUnit_m).leftCols<2>();
+    std::copy_n(two.data(), 6, guess.magnetic.begin() + kSourceOffsets);
     return guess;
+}
+
+/// Of the couplings, which the start values leave unexplained. Sets the position error that they would cause.
+double misfit_share(std::vector<PoseFile> files, InitialGuess& guess) {
+    const auto model = model_of(guess.magnetic.data(), guess.coupling_constant);
+    double shares = 0;
+    double squares_m2 = 0;
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        guess.wiring[f].correct(files[f]);
+        for (const MeasuredPose& pose : files[f].poses) {
+            const auto truth = true_pose(guess.source_stage, pose, guess.mount_sensor[f]);
+            const double rest = std::min((couplings_at(model, {}, truth) - pose.x).norm() / pose.x.norm(), 1.0);
+            const double error_m = rest * pose.x.norm() * metres_per_coupling(pose.x, guess.coupling_constant);
+            shares += rest * rest;
+            squares_m2 += error_m * error_m;
+        }
+    }
+    const auto poses = static_cast<double>(count_poses(files));
+    guess.position_rms_m = std::sqrt(squares_m2 / poses);
+    return std::sqrt(shares / poses);
 }
 
 }  // namespace
@@ -225,18 +303,55 @@ void transpose_rotations(std::span<PoseFile> files) {
 }
 
 InitialGuess guess_start(const std::vector<PoseFile>& files) {
+    constexpr double kExplained = 0.05;  // a smaller misfit share shows the right order of the couplings
     check_spread(all_poses(files));
-    std::vector<Mat3<double>> frames;
-    for (const auto& [pose, file] : all_poses(files)) {
-        frames.push_back(pose->x);
+    InitialGuess best;
+    double least = std::numeric_limits<double>::max();
+    for (const bool transposed : {false, true}) {
+        for (const bool reversed : {false, true}) {
+            std::vector<PoseFile> variant = files;
+            if (reversed) {
+                transpose_rotations(variant);
+            }
+            for (PoseFile& file : variant) {
+                FileWiring{transposed}.correct(file);
+            }
+            InitialGuess guess = fit_coils(variant);
+            guess.stage_turns_left_handed = reversed;
+            const double share = misfit_share(variant, guess);
+            std::ranges::for_each(guess.wiring, [&](FileWiring& wiring) { wiring.transposed = transposed; });
+            if (share < least) {
+                least = share;
+                best = std::move(guess);
+            }
+        }
+        if (least < kExplained) {
+            break;
+        }
     }
-    const SelfCalibration gains = self_calibrate(frames, 0.02);
-    const InitialGuess as_read = guess_with_gains(files, gains);
-    std::vector<PoseFile> turned = files;
-    transpose_rotations(turned);
-    InitialGuess reversed = guess_with_gains(turned, gains);
-    reversed.stage_turns_left_handed = true;
-    return reversed.attitude_rms_rad < as_read.attitude_rms_rad ? reversed : as_read;
+    return best;
+}
+
+Vec3<double> reversed_coils(const field::GeneralDipole<double>& known, const field::GeneralDipole<double>& found) {
+    constexpr double kClearly = 4;
+    constexpr double kShown = 0.01;  // offsets that differ by 10 mm
+    const auto difference = [&](const Vec3<double>& signs) {
+        const Mat3<double> turn = signs.asDiagonal();
+        return (turn * found.source_moment * turn / found.source_moment.trace() -
+                known.source_moment / known.source_moment.trace())
+                   .squaredNorm() +
+               (turn * found.source_offset_m - known.source_offset_m).squaredNorm() / (kLengthUnit_m * kLengthUnit_m);
+    };
+    Vec3<double> best = Vec3<double>::Ones();
+    double least = difference(best) < kShown ? 0 : difference(best) / kClearly;
+    for (Index kept = 0; kept < 3; ++kept) {
+        const Vec3<double> signs = 2 * Vec3<double>::Unit(kept) - Vec3<double>::Ones();
+        if (const double other = difference(signs); other < least) {
+            least = other;
+            best = signs;
+        }
+    }
+    return best;
 }
 
 }  // namespace tricoil::host

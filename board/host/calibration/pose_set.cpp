@@ -15,6 +15,7 @@
 #include "board/pose_text/pose_table.hpp"
 #include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/terminal_text.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/geometry/rotations.hpp"
 
@@ -131,29 +132,71 @@ std::optional<NamedAxis> take_axis(std::string_view& text) {
 
 }  // namespace
 
+void FileWiring::correct(PoseFile& file) const {
+    for (MeasuredPose& pose : file.poses) {
+        const auto ordered = [&](const Mat3<double>& x) { return transposed ? Mat3<double>(x.transpose()) : x; };
+        const auto corrected = [&](const Mat3<double>& x) -> Mat3<double> {
+            return sensor.asDiagonal() * ordered(x) * source.asDiagonal();
+        };
+        pose.x = corrected(pose.x);
+        if (pose.quadrature) {
+            pose.quadrature = corrected(*pose.quadrature);
+        }
+        if (pose.levels) {
+            pose.levels->share = ordered(pose.levels->share);
+        }
+    }
+}
+
+void FileWiring::count_fewest() {
+    if (source.sum() + sensor.sum() < 0) {
+        source = -source;
+        sensor = -sensor;
+    }
+}
+
+std::string FileWiring::text() const {
+    std::string text = transposed ? ", couplings transposed" : "";
+    for (const auto& [side, signs] : {std::pair{"source", source}, std::pair{"sensor", sensor}}) {
+        for (Index k = 0; k < 3; ++k) {
+            text += signs(k) < 0 ? fmt::format(", {} coil {} reversed", side, k + 1) : "";
+        }
+    }
+    return text.empty() ? text : text.substr(2);
+}
+
 PoseFile read_pose_file(Table& table) {
     PoseFile file;
     file.path = table.path();
     std::tie(file.source_fixture, file.sensor_fixture) = fixtures_of(std::filesystem::path(file.path).filename().string());
+    std::size_t unplugged = 0;
     const auto add = [&](const MeasuredPose& pose) {
+        if (pose.x.isZero(0) && (!pose.quadrature || pose.quadrature->isZero(0))) {
+            ++unplugged;
+            return;
+        }
         file.poses.push_back(pose);
         file.poses.back().line = table.place().line;
         check_position(pose.stage_position_m, table.place());
+        check_couplings(pose, table.place());
     };
     if (table.has_names()) {
         const PoseTable poses(table);
         const CouplingColumns couplings(table);
         while (table.next()) {
             const Vec3<double> position_m = poses.position_m();  // first, so that it is refused first
-            add({couplings.read(), position_m, poses.attitude(kQuaternionTolerance).toRotationMatrix()});
+            add({couplings.read_any(), position_m, poses.attitude(kQuaternionTolerance).toRotationMatrix()});
         }
     } else {
         while (table.next()) {
             add(parse_ilemt(table.cells(), table.place()));
-            check_couplings(file.poses.back(), table.place());
         }
     }
-    refuse_if(file.poses.empty(), "{}: holds no poses", file.path);
+    refuse_if(file.poses.empty(), "{}: holds no poses{}", file.path,
+              unplugged > 0 ? "; all couplings are zero: no sensor was connected" : "");
+    if (unplugged > 0) {
+        print_notice("tricoil: {}: {} lines have only zero couplings (no sensor connected), skipped\n", file.path, unplugged);
+    }
     return file;
 }
 
@@ -162,11 +205,20 @@ PoseFile read_pose_file(const std::string& path) {
     return read_pose_file(table);
 }
 
-std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths) {
+std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths, const std::vector<std::string>& fixtures) {
     refuse_repeated(paths);
     std::vector<PoseFile> files;
     for (const std::string& path : paths) {
         files.push_back(read_pose_file(path));
+    }
+    for (const std::string& given : fixtures) {
+        const std::size_t equals = given.rfind('=');
+        const auto file = std::ranges::find(files, given.substr(0, equals), &PoseFile::path);
+        refuse_if(equals == std::string::npos || equals + 1 == given.size() || file == files.end(),
+                  "--fixture {}: needs one of the data files and a name: FILE=soSOURCE_seSENSOR, or FILE=SOURCE", given);
+        const std::string name = given.substr(equals + 1);
+        std::tie(file->source_fixture, file->sensor_fixture) = fixtures_of(name);
+        file->source_fixture = file->source_fixture.empty() ? name : file->source_fixture;
     }
     return files;
 }

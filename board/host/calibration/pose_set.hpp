@@ -25,6 +25,21 @@ struct PoseFile {
     std::vector<MeasuredPose> poses;
 };
 
+/// Differences of a file's wiring from that of the set.
+struct FileWiring {
+    bool transposed = false;  // the file has the couplings in the order of the sensor coils, CSV: of the source coils
+    Vec3<double> source = Vec3<double>::Ones();  // -1 for each reversed coil
+    Vec3<double> sensor = Vec3<double>::Ones();
+
+    [[nodiscard]] bool differs() const { return transposed || source.minCoeff() < 0 || sensor.minCoeff() < 0; }
+    /// Corrects all couplings of the file.
+    void correct(PoseFile& file) const;
+    /// The same signs of all couplings, with the smaller number of reversed coils.
+    void count_fewest();
+    /// "coils 1, 2 of the source reversed".
+    [[nodiscard]] std::string text() const;
+};
+
 /// Name of a file's fixture: as stated by the file, otherwise "source" or the file name.
 std::string sensor_fixture_name(const PoseFile& file);
 std::string source_fixture_name(const PoseFile& file);
@@ -34,7 +49,8 @@ std::string source_fixture_name(const PoseFile& file);
 /// frame to the stage frame (v_stage = R v_mounted); empty if the name does not give two different axes in orthogonal directions.
 std::optional<Mat3<double>> rotation_of_fixture(const std::string& name);
 
-/// Reads either format. Throws InputError, naming file and line.
+/// Reads either format. Lines whose couplings are all zero (sensor not connected) are skipped, with a notice. Throws InputError,
+/// naming file and line.
 /// - ILEMT text: x y z (mm) and Euler angles Rx Ry Rz (deg; rotation Rz Ry Rx) of the stage, then nine complex couplings as
 /// +0.1-0.2i, (source 1, sensor 1), (source 2, sensor 1), ..., and optionally nine more of a second carrier, which are checked
 /// but not used.
@@ -42,8 +58,9 @@ std::optional<Mat3<double>> rotation_of_fixture(const std::string& name);
 PoseFile read_pose_file(const std::string& path);
 PoseFile read_pose_file(Table& table);
 
-/// All files; throws InputError also if one is named twice.
-std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths);
+/// All files; throws InputError also if one is named twice. fixtures: FILE=NAME for files whose names do not contain the
+/// fixtures, with NAME soSOURCE_seSENSOR or only the source's.
+std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths, const std::vector<std::string>& fixtures = {});
 
 std::size_t count_poses(const std::vector<PoseFile>& files);
 

@@ -1,7 +1,6 @@
 #include "board/host/calibration/self_calibration.hpp"
 
 #include <ceres/ceres.h>
-#include <ceres/normal_prior.h>
 #include <fmt/format.h>
 
 #include <cmath>
@@ -96,7 +95,7 @@ void estimate_deviations(ceres::Problem& problem, std::vector<double*> blocks, S
 
 }  // namespace
 
-SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior) {
+SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames) {
     refuse_if(frames.size() < kMinFrames, "{} column frames are too few to calibrate from free motion; at least {} are needed",
               frames.size(), kMinFrames);
     Shape sensor;
@@ -108,13 +107,6 @@ SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double p
             new ceres::NumericDiffCostFunction<MisfitFunctor, ceres::CENTRAL, 9, kShape, kShape>(new MisfitFunctor{frame}),
             new ceres::CauchyLoss(kRobustShare), sensor.data(), source.data());
     }
-    if (prior > 0) {
-        const double weight = prior * std::sqrt(static_cast<double>(frames.size()));
-        for (Shape* shape : {&sensor, &source}) {
-            const Eigen::Matrix<double, kShape, kShape> stiffness = weight * Eigen::Matrix<double, kShape, kShape>::Identity();
-            problem.AddResidualBlock(new ceres::NormalPrior(stiffness, *shape), nullptr, shape->data());
-        }
-    }
     ceres::Solver::Options options = silent_options(ceres::DENSE_NORMAL_CHOLESKY, 60);
     options.function_tolerance = 1e-12;
     const auto summary = summary_of(problem, options);
@@ -122,9 +114,7 @@ SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double p
     result.converged = summary.IsSolutionUsable() && summary.termination_type == ceres::CONVERGENCE;
     result.sensor = sensitivity_matrix(sensor.data());
     result.source = sensitivity_matrix(source.data());
-    if (prior == 0) {
-        estimate_deviations(problem, {sensor.data(), source.data()}, result);
-    }
+    estimate_deviations(problem, {sensor.data(), source.data()}, result);
     const Spread before = spread_of(frames, Mat3<double>::Identity(), Mat3<double>::Identity());
     const Spread after = spread_of(frames, result.sensor, result.source);
     result.misfit_before = before.misfit;

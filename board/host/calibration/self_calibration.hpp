@@ -15,7 +15,7 @@ struct SelfCalibration {
     /// strength (C) and a rotation of each triad (part of its coordinate frame).
     Mat3<double> sensor = Mat3<double>::Identity();
     Mat3<double> source = Mat3<double>::Identity();
-    Mat3<double> sensor_deviation = Mat3<double>::Zero();  // standard deviations of the entries; only without a prior
+    Mat3<double> sensor_deviation = Mat3<double>::Zero();  // standard deviations of the entries
     Mat3<double> source_deviation = Mat3<double>::Zero();
     double misfit_before = 0;  // RMS share of the couplings that no dipole explains
     double misfit_after = 0;
@@ -23,16 +23,13 @@ struct SelfCalibration {
     Vec3<double> ratios_after;
     Vec3<double> spread_before;  // standard deviations of s1 / (s2 + s3) and s2 / s3; RMS misfit share
     Vec3<double> spread_after;
-    double weakest = 0;  // smallest over largest singular value of the Jacobian: identifiability; only without a prior
+    double weakest = 0;  // smallest over largest singular value of the Jacobian: identifiability
     bool converged = false;
 };
 
 /// Robust least squares (Cauchy loss) on the misfit of every column frame to its nearest dipole matrix, starting from ideal
-/// triads. Throws InputError for fewer than 30 column frames, or motion that does not determine all parameters. prior: the prior
-/// that the triads are ideal has the weight prior * sqrt(number of column frames), relative to the misfit of one column frame.
-/// Use zero (no prior) for a result. Use 0.02 for the start values of another fit: weakly determined parameters then stay ideal,
-/// and no motion is refused.
-SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior = 0);
+/// triads. Throws InputError for fewer than 30 column frames, or motion that does not determine all parameters.
+SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames);
 
 /// X of ideal triads: sensor^-T X source^-1. Removes gains and coil angles, not offsets.
 inline Mat3<double> corrected(const Mat3<double>& x, const Mat3<double>& sensor, const Mat3<double>& source) {

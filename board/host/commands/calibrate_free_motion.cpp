@@ -17,11 +17,13 @@ namespace {
 struct FreeMotionCommand {
     CalibrationFiles files;
     FitModel model = FitModel::concentric;
-    double column_skew = 0;                   // see deskewed()
-    std::optional<double> coupling_constant;  // gives the scale of all lengths
-    std::optional<Vec3<double>> hemisphere;   // default: +x
+    const CLI::Option* model_option = nullptr;  // not given: general, if the concentric model does not explain the couplings
+    double column_skew = 0;                     // see deskewed()
+    std::optional<double> coupling_constant;    // gives the scale of all lengths
+    std::optional<Vec3<double>> hemisphere;     // default: +x
 };
 
+constexpr double kLargestMisfit = 0.01;       // share of the couplings
 constexpr std::size_t kLeftHandedShare = 10;  // one column frame in ten may be left-handed
 
 /// Column frames, or the couplings of poses of a stage.
@@ -48,14 +50,14 @@ void remove_left_handed(const std::string& path, std::vector<CouplingFrame>& fra
 }
 
 /// Positions and sizes of the coils, in addition to the gains.
-void fit_coils(const FreeMotionCommand& command, const std::vector<Mat3<double>>& frames, CalibrationFile& file,
+void fit_coils(const FreeMotionCommand& command, FitModel model, const std::vector<Mat3<double>>& frames, CalibrationFile& file,
                CalibrationReport& report) {
     Json& result = report.json;
     std::vector<std::string>& warnings = report.warnings;
     Progress progress("calibrate");
     const Vec3<double> hemisphere = command.hemisphere.value_or(Vec3<double>::UnitX());
     const FreeMotionFit found =
-        fit_free_motion(frames, command.model, command.coupling_constant.value_or(1), hemisphere, progress.part(0, 1));
+        fit_free_motion(frames, model, command.coupling_constant.value_or(1), hemisphere, progress.part(0, 1));
     warnings.insert(warnings.end(), found.coils.warnings.begin(), found.coils.warnings.end());
     file.calibration.model = found.coils.model;
     file.calibration.hemisphere = hemisphere.stableNormalized();
@@ -149,15 +151,26 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Calibrat
         warnings.emplace_back("the fit stopped before it converged; record more motion");
     }
     const double coupling_constant = command.coupling_constant.value_or(1);
-    file.model = command.coupling_constant ? to_string(command.model) : kFreeMotionModel;
+    const bool richer = command.model_option->count() == 0 && found.misfit_after > kLargestMisfit;
+    const FitModel model = richer ? FitModel::general : command.model;
+    if (richer) {
+        warnings.push_back(fmt::format("the concentric model leaves {:.1f} % of the couplings unexplained; took --model general",
+                                       100 * found.misfit_after));
+    }
+    file.model = command.coupling_constant ? to_string(model) : kFreeMotionModel;
     file.residual_rms = found.misfit_after;
     file.calibration.converters = stored;
     file.calibration.model.source_moment = coupling_constant * found.source;
     file.calibration.model.sensor_sensitivity = found.sensor;
     file.calibration.hemisphere = command.hemisphere.value_or(Vec3<double>::Zero()).stableNormalized();
-    if (command.model != FitModel::concentric) {
-        fit_coils(command, frames, file, report);
+    if (model != FitModel::concentric) {
+        fit_coils(command, model, frames, file, report);
     }
+    refuse_if(
+        file.residual_rms > kLargestMisfit,
+        "the {} model leaves {:.1f} % of the couplings unexplained, and no more than 1 % is a calibration; record more motion "
+        "about all axes, without metal near{}",
+        to_string(model), 100 * file.residual_rms, model == FitModel::finite ? "" : ", or use --model finite");
     return file;  // with an unknown quadrature floor, because motion causes quadratures too
 }
 
@@ -168,6 +181,7 @@ void add_free_motion_calibration(CLI::App* calibrate, Action& action) {
     CLI::App* const kind = add_kind(calibrate, "free-motion", "Coils from any motion, without ground truth", c->files,
                                     "Couplings of column frames (CSV), or at stage poses");
     add_model(kind, c->model);
+    c->model_option = kind->get_option("--model");
     kind->add_option("--coupling-constant", c->coupling_constant,
                      "Coupling constant C, mean moment of the source coils (coupling units times m^3); the scale of all lengths, "
                      "which free motion does not determine (default 1)");

@@ -17,7 +17,9 @@ struct StageCommand {
     FitModel model = FitModel::general;
     FixtureModel fixtures = FixtureModel::free;
     StageModel stage = StageModel::ideal;
-    bool converters = false;  // also the errors of the board's converters
+    const CLI::Option* stage_option = nullptr;  // not given: as many errors as the mountings show
+    std::vector<std::string> fixture_names;     // FILE=NAME
+    bool converters = false;                    // also the errors of the board's converters
 };
 
 Vec3<double> mean_direction(const std::vector<PoseFile>& files, const CalibrationFit& fit) {
@@ -83,8 +85,10 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     FitOptions options;
     options.model = command.model;
     options.fixtures = command.fixtures;
-    options.stage = command.stage;
-    auto files = read_pose_files(command.files.data);
+    if (command.stage_option->count() > 0) {
+        options.stage = command.stage;
+    }
+    auto files = read_pose_files(command.files.data, command.fixture_names);
     result["unknown_levels"] = correct_converters(files, stored).unknown;
     const Mat3<double> phase_rad = remove_own_phases(files);
     Progress progress("calibrate");
@@ -98,6 +102,12 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     }
     const CalibrationFit& fit = converters.coils;
     describe_fit(fit, command, report);
+    correct_files(fit, files);
+    for (const auto& [path, wiring] : fit.wiring) {
+        if (wiring.differs()) {
+            report.warnings.push_back(fmt::format("{}: {}; corrected", path, wiring.text()));
+        }
+    }
     CalibrationFile file;
     file.calibration.converters = command.converters ? converters.errors : stored;
     file.calibration.model = fit.model;
@@ -115,6 +125,9 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     const ErrorBand all = error_band(errors);
     file.calibration.misfit_floor = misfit_floor_of(errors, fit.outliers.size());
     result["misfit_floor"] = file.calibration.misfit_floor;
+    if (const std::string places = places_not_converged(errors, files); !places.empty()) {
+        report.warnings.push_back(places + ": did not converge, not in the RMS");
+    }
     result["position_rms_m"] = all.position_m.rms;
     result["position_p95_m"] = all.position_m.p95;
     result["orientation_rms_deg"] = all.orientation_deg.rms;
@@ -128,7 +141,9 @@ void add_kind_on_stage(CLI::App* kind, const std::shared_ptr<StageCommand>& c, A
               "Estimate the rotation of each sensor fixture (free), or take it from the fixture's name (named)");
     add_named(kind, "--stage", c->stage, {"ideal", "turning", "room"},
               "Errors of the stage to estimate: none (ideal), linear in the position in the turning frame (turning), also linear "
-              "in the position in the room, and a uniform stray field (room)");
+              "in the position in the room, and a uniform stray field (room; the default for several mountings of the source)");
+    c->stage_option = kind->get_option("--stage");
+    add_fixture_names(kind, c->fixture_names);
     add_out_and_blob(kind, c->files);
     set_fit(kind, action, c, calibrate_on_stage, stage_text);
 }

@@ -67,6 +67,8 @@ void add_named(CLI::App* kind, const std::string& option, Enum& value, const std
         ->default_str(names[static_cast<std::size_t>(value)]);
 }
 void add_model(CLI::App* kind, FitModel& model);
+/// --fixture FILE=NAME.
+void add_fixture_names(CLI::App* kind, std::vector<std::string>& names);
 
 /// Errors of the converters in --converters-from; ideal without it. Throws InputError if the file has none.
 signal::ConverterErrors stored_converters(const CalibrationFiles& files);

@@ -2,7 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <memory>
+#include <numeric>
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/calibration/converter_errors.hpp"
@@ -10,6 +13,7 @@
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
+#include "board/host/commands/calibrations.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/figures/draw.hpp"
 #include "board/support/errors.hpp"
@@ -29,7 +33,8 @@ struct EvaluateCommand {
     std::vector<std::string> data;
     std::string solver = "refined";
     std::string out;
-    std::string stage_from;  // calibration file whose errors of the stage are used; empty: those of `calibration`
+    std::string stage_from;                  // calibration file whose errors of the stage are used; empty: those of `calibration`
+    std::vector<std::string> fixture_names;  // FILE=NAME
     bool refit_fixtures = false;
     bool json = false;
 };
@@ -142,6 +147,24 @@ void check_options(const EvaluateCommand& command, bool is_dynamic) {
               "--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)");
 }
 
+/// A wrong minimum, or other coils, also give poses, far from the true ones. Metal, which no pose explains, is not refused.
+void refuse_wrong_fixtures(double expected, const std::vector<EvaluatedPose>& errors) {
+    constexpr double kFactor = 10;
+    constexpr double kAlways = 0.02;
+    const auto rms = [&](double EvaluatedPose::*share) {
+        return std::sqrt(std::transform_reduce(errors.begin(), errors.end(), 0.0, std::plus<>(),
+                                               [&](const EvaluatedPose& error) { return error.*share * (error.*share); }) /
+                         static_cast<double>(errors.size()));
+    };
+    const double share = rms(&EvaluatedPose::unexplained_share);
+    refuse_if(
+        std::ranges::none_of(errors, &EvaluatedPose::converged) ||
+            share > std::max(kFactor * std::max(expected, rms(&EvaluatedPose::misfit_share)), kAlways),
+        "--refit-fixtures: found no fixtures that fit these data: they leave {:.1f} % of the couplings unexplained, {:.2g} % "
+        "in the calibration; are the data of these coils and of one mounting for each fixture?",
+        100 * share, 100 * expected);
+}
+
 /// Sets the errors of the stage that the evaluation removes. Returns their origin.
 std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile& calibration) {
     if (command.stage_from.empty()) {
@@ -152,6 +175,13 @@ std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile&
               "{}: has no errors of the stage; make it with tricoil calibrate stage --stage turning or room", command.stage_from);
     refuse_if(!calibration.source_stage.empty() && other.stage_turns_left_handed != calibration.stage_turns_left_handed,
               "{}: its stage counts angles in the opposite sense; use a calibration of the same stage", command.stage_from);
+    if (!other.stage_errors.stray.isZero(0)) {
+        print_notice(
+            "tricoil: {}: the stray field belongs to its own source and is not used; the errors of the stage that were fitted "
+            "with it "
+            "carry over only in part\n",
+            command.stage_from);
+    }
     calibration.stage_errors = {other.stage_errors.turning, other.stage_errors.room, Mat3<double>::Zero()};
     return "from " + command.stage_from;
 }
@@ -161,17 +191,27 @@ int evaluate_command(const EvaluateCommand& command) {
     CalibrationFile calibration = read_calibration(command.calibration);
     refuse_if(solver == EvaluationSolver::direct && !calibration.surroundings.empty(),
               "--solver direct: does not use the surroundings of the calibration; use refined");
-    auto files = read_pose_files(command.data);
+    auto files = read_pose_files(command.data, command.fixture_names);
     (void)correct_converters(files, calibration.calibration.converters);
     remove_phases_of(files, calibration.calibration.phase_rad);
     refuse_if(calibration.source_stage.empty() && !command.refit_fixtures,
               "{}: has no fixtures (not calibrated on a stage); use --refit-fixtures", command.calibration);
     const std::string stage_errors = choose_stage_errors(command, calibration);
     const bool fits_scale = command.refit_fixtures && has_free_scale(calibration);
+    const double expected = calibration.residual_rms;
     if (command.refit_fixtures) {
         calibration = with_refitted_fixtures(calibration, files, solver);
     }
+    const auto wiring = correct_wiring(calibration, files);
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        if (wiring[f].differs()) {
+            print_notice("tricoil: {}: unlike the calibration: {}; corrected\n", files[f].path, wiring[f].text());
+        }
+    }
     const auto errors = evaluate(calibration, files, solver);
+    if (command.refit_fixtures) {
+        refuse_wrong_fixtures(expected, errors);
+    }
     const ErrorReport report = summarise_errors(errors, files);
     if (!command.out.empty()) {
         const InterruptGuard interrupt;
@@ -186,7 +226,8 @@ int evaluate_command(const EvaluateCommand& command) {
     count_quadratures(calibration.calibration, files, result);
     print_result(result, command.json, evaluation_text);
     if (report.not_converged > 0) {
-        print_notice("tricoil: {} poses did not converge; their last iterate is used\n", report.not_converged);
+        print_notice("tricoil: {} poses did not converge and are not in the table: {}\n", report.not_converged,
+                     places_not_converged(errors, files));
         return to_int(ExitCode::check_failed);
     }
     return to_int(ExitCode::fine);
@@ -207,6 +248,7 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
         "--stage-from", c->stage_from,
         "Remove the errors of the stage that another calibration of the same stage found (calibrate stage --stage), "
         "without its stray field"));
+    add_fixture_names(sub, c->fixture_names);
     sub->add_flag("--refit-fixtures", c->refit_fixtures,
                   "Fit the fixtures to these data, and the scale of a free-motion calibration (stated in the output)");
     auto* const dynamic =

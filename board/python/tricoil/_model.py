@@ -1,5 +1,7 @@
 """Forward model of concentric coils and closed-form solver, on arrays."""
 
+import os
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -45,6 +47,11 @@ def _rows(name, value, shape):
     raise ValueError(f"{name}: has shape {array.shape}; give ({wanted}) or (N, {wanted})")
 
 
+def _file(path):
+    """Path as text; empty: none."""
+    return "" if path is None else os.fspath(path)
+
+
 def _positive(name, value):
     number = float(value)
     if not (number > 0 and np.isfinite(number)):
@@ -57,13 +64,15 @@ def solve(
     sigma: ArrayLike,
     *,
     coupling_constant: float = COUPLING_CONSTANT,
-    hemisphere: ArrayLike = (1, 0, 0),
+    calibration: str | os.PathLike | None = None,
+    hemisphere: ArrayLike | None = None,
     progress: bool | None = None,
 ) -> NDArray:
-    """Poses of signal matrices: closed form, maximum likelihood for equal noise on the nine couplings.
+    """Poses of signal matrices, maximum likelihood for equal noise on the nine couplings: closed form, or refined with a calibration.
 
-    X: couplings, shape (3, 3) or (N, 3, 3). sigma: standard deviation of one coupling, one number or shape (N,). hemisphere: direction
-    from the source to the half space of the sensor, source frame; one signal matrix cannot tell a position from its opposite.
+    X: couplings, shape (3, 3) or (N, 3, 3). sigma: standard deviation of one coupling, one number or shape (N,). calibration: file of
+    tricoil calibrate with the coils, instead of coupling_constant. hemisphere: direction from the source to the half space of the
+    sensor, source frame; None: that of the calibration, else (1, 0, 0).
     progress: bar on standard error; None: if it is a terminal. The GIL is released; Ctrl-C raises KeyboardInterrupt.
 
     Returns a structured array of shape (N,), or one record, with position_m (3), quaternion_wxyz (4), covariance (6, 6), chi_square
@@ -76,12 +85,17 @@ def solve(
         raise ValueError(f"sigma: has shape {sigmas.shape}; give one number or ({len(matrices)},)")
     if not np.all((sigmas > 0) & (sigmas < np.inf)):
         raise ValueError("sigma: must be positive and finite")
+    file = _file(calibration)
+    if hemisphere is None:
+        hemisphere = (0, 0, 0) if file else (1, 0, 0)  # zero: that of the calibration
+    elif not np.any(hemisphere):
+        raise ValueError("hemisphere: must be three numbers, not all zero")
     towards = _finite("hemisphere", _numbers("hemisphere", hemisphere))
-    if towards.shape != (3,) or not towards.any():
+    if towards.shape != (3,):
         raise ValueError("hemisphere: must be three numbers, not all zero")
     sigmas = np.ascontiguousarray(np.broadcast_to(sigmas, len(matrices)))
     with bar("solve", progress) as show:
-        rows = _tricoil.solve(matrices, sigmas, _positive("coupling_constant", coupling_constant), towards, show)
+        rows = _tricoil.solve(matrices, sigmas, _positive("coupling_constant", coupling_constant), towards, file, show)
     return rows if many else rows[0]
 
 
@@ -90,8 +104,9 @@ def couplings(
     quaternion_wxyz: ArrayLike = (1, 0, 0, 0),
     *,
     coupling_constant: float = COUPLING_CONSTANT,
+    calibration: str | os.PathLike | None = None,
 ) -> NDArray:
-    """Signal matrices of poses: X = (C / rho^3) O D(u), equation (6) of the paper.
+    """Signal matrices of poses: X = (C / rho^3) O D(u), equation (6) of the paper, or those of the coils in the file `calibration`.
 
     position_m: shape (3,) or (N, 3), not zero. quaternion_wxyz: shape (4,) or (N, 4), any length. Returns shape (3, 3) or (N, 3, 3).
     """
@@ -110,5 +125,6 @@ def couplings(
         np.ascontiguousarray(np.broadcast_to(positions, (count, 3))),
         np.ascontiguousarray(np.broadcast_to(quaternions, (count, 4))),
         _positive("coupling_constant", coupling_constant),
+        _file(calibration),
     )
     return x if many or several else x[0]

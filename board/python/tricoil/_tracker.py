@@ -1,19 +1,21 @@
 """A tracker fed with measured columns."""
 
+import os
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _tricoil
-from ._model import COUPLING_CONSTANT, _three
+from ._model import COUPLING_CONSTANT, _file, _three
 from ._source import Pose
 
 
 class Filter:
     """Tracks columns of couplings: one call for each source coil that was measured.
 
-    method: scaat (Kalman filter), direct or previous. column_span_s: longest time between the oldest and the newest column
+    method: scaat (Kalman filter), direct or previous. calibration: file of tricoil calibrate with the coils, instead of
+    coupling_constant; separate or large coils need scaat. column_span_s: longest time between the oldest and the newest column
     of a signal matrix: with TDM 2.5 slots, that is 2.5 / 3 of the frame period; 0 if the columns are simultaneous (FDM). window_s: length of
     a demodulation window, for the predicted blur. confined: the sensor never leaves the half space `hemisphere`.
     """
@@ -23,13 +25,14 @@ class Filter:
         method: str = "scaat",
         *,
         coupling_constant: float = COUPLING_CONSTANT,
+        calibration: str | os.PathLike | None = None,
         hemisphere: Sequence[float] = (1, 0, 0),
         confined: bool = False,
         column_span_s: float = 0.0,
         window_s: float = 0.0,
     ):
         self._tracker = _tricoil.Tracker(
-            method, coupling_constant, _three("hemisphere", hemisphere), confined, column_span_s, window_s
+            method, coupling_constant, _three("hemisphere", hemisphere), confined, column_span_s, window_s, _file(calibration)
         )
 
     def update(self, time_s: float, source_coil: int, couplings: ArrayLike, sigma: ArrayLike) -> Pose | None:
