@@ -254,9 +254,9 @@ TEST_F(Command, RefusesBadLevels) {
     write(std::string(kLevelColumns));
     EXPECT_EQ(calibrate().exit_code, 0);
     write(kAll, ",12");
-    refused(calibrate(), "rests.csv:37: gain_step must be a whole number from 0 to 11");
+    refused(calibrate(), "rests.csv:37: gain_step: 12 is not a whole number from 0 to 11");
     write(kAll, ",2.5");
-    refused(calibrate(), "rests.csv:37: gain_step must be a whole number from 0 to 11");
+    refused(calibrate(), "rests.csv:37: gain_step: 2.5 is not a whole number from 0 to 11");
     write(kAll, "e9,3");
     refused(calibrate(), "rests.csv:37: a level (a11 to a33) is not a share of full scale, 0 to 1");
     write(kAll);

@@ -58,8 +58,9 @@ void check_position(const Vec3<double>& position_m, const TextPlace& place) {
 
 MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const TextPlace& place) {
     refuse_if(fields.size() != kStageFields + kCouplings && fields.size() != kStageFields + 2 * kCouplings,
-              "{}: {} cells; without a line of names a row has 6 stage numbers and 9 or 18 couplings; was it cut?", place,
-              fields.size());
+              "{}: {} cells; the header must have x_m,y_m,z_m,qw,qx,qy,qz,x11,...,x33, or every row 6 stage numbers and 9 or 18 "
+              "couplings",
+              place, fields.size());
     double stage[kStageFields];
     for (std::size_t i = 0; i < kStageFields; ++i) {
         stage[i] = parse_number(fields[i], place);

@@ -76,6 +76,7 @@ private:
     std::size_t channels_;
     std::size_t samples_ = 0;  // of a block, without its guard
     std::vector<double> w_;    // of the carriers, radians per sample
+    std::size_t clipped_ = 0;  // blocks
     std::optional<ToneFit> fit_;
     Eigen::VectorXd reference_;                          // mean amplitude, by tone; 1 without a reference
     Mat3<Complex> phases_ = Mat3<Complex>::Constant(1);  // unit phasors, by sensor channel and tone
@@ -127,7 +128,9 @@ bool Analyser::read(CapturedBlock& block) {
               params_.guard_samples, needed);
     samples_ = length - params_.guard_samples;
     result_.block_samples = length;
-    result_.flags |= flags_of(block);
+    const ColumnFlags flags = flags_of(block);
+    clipped_ += flags.has(ColumnFlag::saturated) || flags.has(ColumnFlag::clipped) ? 1 : 0;
+    result_.flags |= flags;
     return true;
 }
 
@@ -138,17 +141,14 @@ std::vector<CapturedBlock> Analyser::read_setup() {
         return *std::ranges::min_element(count) >= kSetupBlocks &&
                static_cast<double>(blocks.size() * result_.block_samples) >= kSetup_s * result_.rate_hz;
     };
-    std::size_t clipped = 0;
     for (CapturedBlock block; !is_enough() && read(block);) {
-        const ColumnFlags flags = flags_of(block);
-        clipped += flags.has(ColumnFlag::saturated) || flags.has(ColumnFlag::clipped) ? 1 : 0;
         for (int j = 0; j < kSourceCoils; ++j) {
             count[static_cast<std::size_t>(j)] += block.drives(j) ? 1 : 0;
         }
         blocks.push_back(block);
     }
     refuse_if(blocks.empty(), "{}: holds no samples, or fewer than a block of {}", capture_.path(), result_.block_samples);
-    refuse_if(clipped == blocks.size(), "{}: every block is clipped; reduce the gain", capture_.path());
+    refuse_if(clipped_ == blocks.size(), "{}: every block is clipped; reduce the gain", capture_.path());
     return blocks;
 }
 
@@ -164,7 +164,9 @@ void Analyser::estimate_frequencies(const std::vector<CapturedBlock>& blocks) {
         }
         for (std::size_t k = 0; k < w_.size(); ++k) {
             const auto n = static_cast<double>(half);
-            w_[k] += std::arg(advance(static_cast<Index>(k)) * std::polar(1.0, -w_[k] * n)) / n;
+            const double given = kTurn * params_.carrier_hz[k] / result_.rate_hz;
+            const double change = std::arg(advance(static_cast<Index>(k)) * std::polar(1.0, -w_[k] * n)) / n;
+            w_[k] = std::clamp(w_[k] + change, (1 - 2e-6 * kMostOffset_ppm) * given, (1 + 2e-6 * kMostOffset_ppm) * given);
         }
     }
     for (std::size_t k = 0; k < w_.size(); ++k) {
