@@ -15,6 +15,8 @@ namespace {
 constexpr double kLongestTip_m = 100;
 constexpr double kWidest_m2 = 1;        // largest variance
 constexpr double kAsymmetry_m2 = 1e-9;  // rounding errors of a covariance
+constexpr const char* kFar = "must lie within 100 m of the sensor";
+constexpr const char* kNoCovariance = "must be a covariance: symmetric, with no negative variance, at most 1 m2";
 
 [[noreturn]] void refuse(const std::string& text) {
     throw InputError("--tip " + text + ": give X,Y,Z (m, sensor frame), SENSOR:X,Y,Z, or a .toml file of calibrate pivot");
@@ -49,20 +51,21 @@ ToolTip parse_tip(const std::string& text) {
     return tip;
 }
 
+bool is_near(const Vec3<double>& tip_m) { return tip_m.allFinite() && tip_m.cwiseAbs().maxCoeff() <= kLongestTip_m; }
+
 /// Symmetric, and no eigenvalue is below -kAsymmetry_m2.
 bool is_covariance(const Mat3<double>& m) {
     const Cholesky<double, 3> shifted(m + kAsymmetry_m2 * Mat3<double>::Identity());
-    return m.cwiseAbs().maxCoeff() <= kWidest_m2 && (m - m.transpose()).cwiseAbs().maxCoeff() <= kAsymmetry_m2 && shifted.ok();
+    return m.allFinite() && m.cwiseAbs().maxCoeff() <= kWidest_m2 && (m - m.transpose()).cwiseAbs().maxCoeff() <= kAsymmetry_m2 &&
+           shifted.ok();
 }
 
 /// Why no sensor can have this tip; empty: it can.
 std::string_view fault_of(const ToolTip& tip) {
     return tip.sensor >= tracking::kMaxSensors ? "the sensor must be 0 to 3"
-           : !tip.tip_m.allFinite() || tip.tip_m.cwiseAbs().maxCoeff() > kLongestTip_m
-               ? "the tip must lie within 100 m of the sensor"
-           : !tip.covariance_m2.allFinite() || !is_covariance(tip.covariance_m2)
-               ? "covariance_m2 must be a covariance: symmetric, with no negative variance, at most 1 m2"
-               : "";
+           : !is_near(tip.tip_m)               ? kFar
+           : !is_covariance(tip.covariance_m2) ? kNoCovariance
+                                               : "";
 }
 
 }  // namespace
@@ -83,10 +86,10 @@ ToolTip read_tip(const std::string& path) {
     tip.sensor = static_cast<std::uint8_t>(table.whole("sensor", 0, tracking::kMaxSensors - 1));
     refuse_if(!table.has("tip_m"), "{}: 'tip_m' is missing; the file is not complete: calibrate again", path);
     tip.tip_m = table.vector("tip_m", tip.tip_m);
+    table.require(is_near(tip.tip_m), "tip_m", kFar);
     tip.covariance_m2 = table.matrix("covariance_m2", tip.covariance_m2);
+    table.require(is_covariance(tip.covariance_m2), "covariance_m2", kNoCovariance);
     table.finish();
-    const std::string_view fault = fault_of(tip);
-    refuse_if(!fault.empty(), "{}: {}", path, fault);
     return tip;
 }
 

@@ -56,9 +56,10 @@ TEST_F(FreeMotion, OptionsThatDoNotFitAreNamed) {
 
 TEST_F(FreeMotion, HemisphereIsStored) {
     for (const char* const model : {"concentric", "general"}) {
-        ASSERT_EQ(calibrate(std::string("free-motion --hemisphere 0,0,1e200 --model ") + model + " " + kMotion).exit_code, 0);
+        ASSERT_EQ(calibrate(std::string("free-motion --hemisphere 0,0,1e100 --model ") + model + " " + kMotion).exit_code, 0);
         EXPECT_THAT(read_file(kOut), HasSubstr("hemisphere = [0, 0, 1]")) << model;
     }
+    EXPECT_EQ(calibrate("free-motion --hemisphere 0,0,1e200 " + kMotion).exit_code, 2) << "its square is no number";
 }
 
 TEST_F(FreeMotion, FilesThatDoNotFitAreNamed) {
