@@ -233,7 +233,7 @@ def error_vectors():
 def bins(values, by, count=14):
     """Places, medians and quartiles of values in bins of equally many poses."""
     order = np.array_split(np.argsort(by, kind="stable"), min(count, max(1, len(by) // 20)))
-    return np.array([(np.mean(by[part]), *np.percentile(values[part], (50, 25, 75))) for part in order]).T
+    return np.array([(np.median(by[part]), *np.percentile(values[part], (50, 25, 75))) for part in order]).T
 
 
 def dynamic_errors():

@@ -158,7 +158,7 @@ def text(r):
     first_tdm = next((one for one in r["alternatives"] if one["name"].startswith("TDM")), None)
     shown = [one for one in r["alternatives"] if one is first_tdm or not one["name"].startswith("TDM")]
     for verdict, wanted in (("rejected", True), ("not rejected", False)):
-        named = [f"{one['name']} (residual x{one['residual_ratio']:.2f})" for one in shown if one["rejected"] is wanted]
+        named = [f"{one['name']} (residual x{one['residual_ratio']:.3f})" for one in shown if one["rejected"] is wanted]
         if named:
             lines.append(f"  {verdict:<12} " + ", ".join(named))
     lines.append("                           poses  measured  predicted       left, 95 %")

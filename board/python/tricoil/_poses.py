@@ -87,7 +87,7 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
     if len(position_m) and not unit_is_given:
         far = float(np.median(np.linalg.norm(position_m, axis=1)))
         if far > FARTHEST_M:
-            units = [unit for unit in ("cm", "mm") if far * METRES[unit] < NEAR_M] or [unit for unit in ("cm", "mm") if far * METRES[unit] < FARTHEST_M]
+            units = next(filter(None, ([unit for unit in ("in", "cm", "mm") if far * METRES[unit] < limit] for limit in (NEAR_M, FARTHEST_M))), [])
             mend = f"; is the unit {' or '.join(units)}? Give it with --unit" if units else "; if this is right, give --unit m"
             raise PoseError(f"{name}: the positions are {far:.4g} m away{mend}")
     return Poses(time_s, position_m, q, name, tuple(notes))
