@@ -12,7 +12,6 @@
 #include "board/host/calibration/pose_set.hpp"
 #include "board/host/capture/adc_capture.hpp"
 #include "board/host/couplings/band_files.hpp"
-#include "board/host/dynamic/pose_stream.hpp"
 #include "board/linux/text_rows.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/sim_input/trajectory_file.hpp"
@@ -169,20 +168,12 @@ std::vector<Reader> readers() {
         }
         return text;
     };
-    const auto stream = [](const std::string& path) {
-        std::string text;
-        const PoseStream poses = PoseStream::read(path);
-        for (const auto& pose : poses.poses()) {
-            text += text_of(pose.position_m) + fmt::format("{} {} ", pose.time_s, pose.q.x());
-        }
-        return text;
-    };
     const auto blocks = [](const std::string& path) {
         std::string text;
         CaptureForm form;
         form.columns = {"adc0", "adc1", "adc2", "adc3"};
-        CaptureReader capture(path, form);
-        for (CapturedBlock block; capture.next(block, 1);) {
+        CaptureReader reader(path, form);
+        for (CapturedBlock block; reader.next(block, 1);) {
             text += fmt::format("{} {} {} ", block.coil, block.repeat, fmt::join(block.values, " "));
         }
         return text;
@@ -219,7 +210,6 @@ std::vector<Reader> readers() {
          on_stage},
         {"bands", bands, band},
         {"pivot", poses(",std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad", 3), pivot},
-        {"stream", poses("", 30), stream},
         {"capture", capture, blocks},
         {"trajectory", trajectory, motion, false},
         {"live couplings", couplings("time_us,", [&](int n) { return std::vector<std::string>{number(1000 * n)}; }),

@@ -10,12 +10,12 @@ from ._timing import COLUMNS, Timing
 
 def matrices(pose) -> NDArray:
     """Couplings of poses (position_m, quaternion_wxyz) by equation (6), shape (N, 3, 3)."""
-    return _tricoil.couplings(*(np.ascontiguousarray(part) for part in pose), COUPLING_CONSTANT)
+    return _tricoil.couplings(*(np.ascontiguousarray(part) for part in pose), COUPLING_CONSTANT, "")
 
 
 def direct(x: NDArray, near: NDArray):
     """Maximum-likelihood poses of signal matrices, in the hemisphere of the positions `near`."""
-    rows = _tricoil.solve(x, np.ones(len(x)), COUPLING_CONSTANT, np.array([1.0, 0.0, 0.0]), None)
+    rows = _tricoil.solve(x, np.ones(len(x)), COUPLING_CONSTANT, np.array([1.0, 0.0, 0.0]), "", None)
     position = rows["position_m"].copy()
     position[np.sum(position * near, axis=1) < 0] *= -1
     return position, rows["quaternion_wxyz"].copy()

@@ -57,7 +57,7 @@ def wxyz(turn):
 
 def couplings_of(pair, a, time_s):
     p, turn = pair.expected(a, time_s)
-    return _tricoil.couplings(np.ascontiguousarray(p), wxyz(turn), 1.0)
+    return _tricoil.couplings(np.ascontiguousarray(p), wxyz(turn), 1.0, "")
 
 
 class AgedCouplings:
@@ -75,7 +75,7 @@ class AgedCouplings:
         rows = np.arange(len(x))
         for age in range(3):
             x[rows, :, coils[:, age]] = self.ages[age][rows, :, coils[:, age]]
-        solved = _tricoil.solve(x, np.ones(len(x)), 1.0, np.array([1.0, 0.0, 0.0]), None)
+        solved = _tricoil.solve(x, np.ones(len(x)), 1.0, np.array([1.0, 0.0, 0.0]), "", None)
         p = solved["position_m"]
         p = np.where(np.sum(p * self.position, axis=1)[:, None] < 0, -p, p)
         fine = solved["solved"]
