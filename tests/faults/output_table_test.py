@@ -60,7 +60,7 @@ ROWS = {
     "evaluate": {STDOUT: f"--calibration coils.toml {STAGE}", "--out": f"--calibration coils.toml --out {{out}} {STAGE}"},
     "couplings": {STDOUT: "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out bands.csv",
                   "--out": "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out {out}"},
-    "demodulate": {STDOUT: "capture.csv --carrier-hz 10000 --rate-hz 200000"},
+    "demodulate": {STDOUT: "capture.csv --carrier-hz 10000 --rate-hz 200000", "--out": "capture.csv --carrier-hz 10000 --rate-hz 200000 --out {out}"},
     "device list": {STDOUT: ""},
     "device info": {STDOUT: "{device}"},
     "device watch": {STDOUT: "{device} --duration 0.5"},
