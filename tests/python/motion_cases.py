@@ -78,7 +78,7 @@ def smoothed_rms_m(case):
     newest = (poses["sequence"].astype(int) + 2) % 3
     used = np.isin((np.arange(count) - case.rows[0]) % case.step, np.arange(-2, 1) % case.step) if case.step > FRAME else np.ones(count, bool)
     start = case.run.truth["position_m"][0] / np.linalg.norm(case.run.truth["position_m"][0])
-    tracker = _tricoil.Tracker("scaat", tricoil.COUPLING_CONSTANT, start.tolist(), False, 2.5 * SLOT_S, 0.0)
+    tracker = _tricoil.Tracker("scaat", tricoil.COUPLING_CONSTANT, start.tolist(), False, 2.5 * SLOT_S, 0.0, "")
     sigma = np.full((count, 3), case.run.summary["assumed"]["coupling_sigma"])
     columns = poses["couplings"][np.arange(count), :, newest]
     rows = tracker.smooth(poses["time_s"][used], newest[used].astype(np.int32), columns[used], sigma[used])

@@ -80,7 +80,7 @@ class Stretch:
         sigma = np.repeat(np.concatenate(self.deviation)[order, None], COLUMNS, axis=1)
         span_s = (COLUMNS - 0.5) * self.timing.slot_s
         start = self.given[0][0] / np.linalg.norm(self.given[0][0])
-        tracker = _tricoil.Tracker("scaat", COUPLING_CONSTANT, start.tolist(), False, span_s, 0.0)
+        tracker = _tricoil.Tracker("scaat", COUPLING_CONSTANT, start.tolist(), False, span_s, 0.0, "")
         rows = tracker.smooth(time_s[order] - time_s.min(), coil[order], np.ascontiguousarray(values), np.ascontiguousarray(sigma))
         rows["time_s"] += time_s.min()
         near = np.stack([np.interp(rows["time_s"], self.time_s, axis) for axis in self.given[0].T], axis=1)
