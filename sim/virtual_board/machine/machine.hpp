@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "sim/virtual_board/machine/bit_band.hpp"
 #include "sim/virtual_board/machine/cpu.hpp"
 
 namespace tricoil::virtual_board {
@@ -41,6 +42,9 @@ public:
 private:
     SysTick sys_tick_;
     CycleCounter cycle_counter_;
+    TraceMacrocell trace_;
+    BitBand ram_bits_;
+    BitBand peripheral_bits_;
     bool reset_requested_ = false;
 };
 

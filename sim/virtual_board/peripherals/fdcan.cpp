@@ -30,11 +30,10 @@ Fdcan::Fdcan(Machine& machine, std::array<int, 2> lines, std::function<double()>
                      bus_off_ = false;
                      send_errors_ = 0;
                      receive_errors_ = 0;
-                     if (on_request) {
-                         on_request();
-                     }
+                     on_request();
                  }),
-      looped_(machine.events, [this] { end_loop(); }) {
+      looped_(machine.events, [this] { end_loop(); }),
+      paused_(machine.events, [this] { on_request(); }) {
     reset();
 }
 
@@ -107,9 +106,7 @@ void Fdcan::control(std::uint32_t value) {
             recovered_.in(ticks(129 * 11 / nominal));
         }
         start_loop();
-        if (on_request) {
-            on_request();
-        }
+        on_request();
     }
     if (!is_set(before, kInit) && is_set(next, kInit)) {
         requests_ = 0;
@@ -206,6 +203,7 @@ void Fdcan::reset() {
     registers_.reset();
     recovered_.cancel();
     looped_.cancel();
+    paused_.cancel();
     fifos_ = {{{kFifo0}, {kFifo1}}};
     events_ = {kEvents};
     requests_ = 0;

@@ -57,7 +57,7 @@ public:
     [[nodiscard]] unsigned clock_divider() const;
 
     /// Called when a frame may be ready to send.
-    std::function<void()> on_request;
+    std::function<void()> on_request = [] {};
     /// Throws RunFailure if the pins are not configured for the controller.
     std::function<void()> check_pins;
 
@@ -120,6 +120,7 @@ private:
     MessageMemory memory_;
     Event recovered_;
     Event looped_;
+    Event paused_;  // two bit times after a frame (CCCR.TXP)
     std::array<Fifo, 2> fifos_;
     Fifo events_;  // of transmissions
     std::uint32_t requests_ = 0;

@@ -54,7 +54,7 @@ void Fdcan::check_timing_of(const CanFrame& frame) const {
 }
 
 std::optional<CanFrame> Fdcan::waiting() const {
-    const int n = is_on() && !is_set(registers_[kCccr], kMonitor) ? next_buffer() : -1;
+    const int n = is_on() && !is_set(registers_[kCccr], kMonitor) && !paused_.is_due() ? next_buffer() : -1;
     if (n < 0) {
         return std::nullopt;
     }
@@ -82,9 +82,7 @@ void Fdcan::request(std::uint32_t buffers) {
         registers_.at(kTxbcf) &= ~(1U << n);
     }
     start_loop();
-    if (on_request) {
-        on_request();
-    }
+    on_request();
 }
 
 /// Internal loop-back: the controller sends to itself, without the bus.
@@ -144,6 +142,9 @@ void Fdcan::sent(bool acknowledged) {
     registers_.at(kTxbcf) |= std::exchange(cancelling_, 0U);  // sent although cancelled meanwhile: both flags
     interrupts_ |= flag((registers_[kTxbtie] & buffer) != 0, kTransmitted) | flag(requests_ == 0, kQueueEmpty);
     store_event(static_cast<unsigned>(n));
+    if (is_set(registers_[kCccr], kPause)) {
+        paused_.in(ticks(2 / nominal_hz()));
+    }
     last_error_ = 0;
     count_send_error(-1);
 }

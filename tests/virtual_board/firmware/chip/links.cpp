@@ -79,6 +79,8 @@ void set_up_can(Word n, Word test, Word monitor, Word queue) {
     set(can(n) + 0x18, 1);
     wait_for(can(n) + 0x18, 1, 1);
     set(can(n) + 0x18, 2);
+    set(can(n) + 0x18, 1U << 14U);  // TXP
+    set(can(n) + 0x18, 1U << 12U);  // PXHD: no protocol exceptions
     if (test != 0) {
         set(can(n) + 0x18, 1U << 7U | monitor << 5U);
         at(can(n) + 0x10) = test;
