@@ -90,9 +90,12 @@ TEST_F(Chip, CanQueueSendsTheLowestIdentifierAndNoCancelledFrame) {
 }
 
 TEST_F(Chip, EveryCanControllerLoopsBack) {
+    std::vector<std::uint32_t> sent;
+    board.can.on_frame = [&](const CanFrame& frame) { sent.push_back(frame.id); };
     const std::uint32_t priority = 2U << 6U;  // stored in FIFO 0, at index 0
     EXPECT_THAT(run(ChipJob::can_loop), ElementsAre(1, 0x11223344, 0x5A, priority, 0, 1, 0x11223345, 0x5A, priority, 0, 1,
                                                     0x11223346, 0x5A, priority, 0));
+    EXPECT_THAT(sent, ElementsAre(0x123, 0x124)) << "only the external loop-back";
 }
 
 TEST_F(Chip, ConverterInterruptsOnceForEachSoftwareStart) {

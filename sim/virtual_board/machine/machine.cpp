@@ -68,9 +68,7 @@ void Machine::run_until(Ticks time) {
         cpu.run_until(time);
         if (reset_requested_) {
             reset_requested_ = false;
-            if (on_reset_request) {
-                on_reset_request();
-            }
+            on_reset_request();
             reset();
         }
     }

@@ -26,7 +26,7 @@ public:
     void set_core_clock(Ticks ticks_per_cycle);
 
     /// Called on a reset requested by the firmware or a watchdog.
-    std::function<void()> on_reset_request;
+    std::function<void()> on_reset_request = [] {};
     /// Requests a reset before the next instruction.
     void request_reset();
 

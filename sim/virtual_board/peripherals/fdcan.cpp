@@ -33,15 +33,16 @@ Fdcan::Fdcan(Machine& machine, std::array<int, 2> lines, std::function<double()>
                      on_request();
                  }),
       looped_(machine.events, [this] { end_loop(); }),
-      paused_(machine.events, [this] { on_request(); }) {
+      paused_(machine.events, [this] {
+          start_loop();
+          on_request();
+      }) {
     reset();
 }
 
 bool Fdcan::runs() const { return !is_set(registers_[kCccr], kInit) && !bus_off_ && !machine_.events.is_frozen(); }
 
-bool Fdcan::is_loop() const {
-    return is_set(registers_[kTest], kLoopBack) && is_set(registers_[kCccr], kTestOn) && is_set(registers_[kCccr], kMonitor);
-}
+bool Fdcan::is_loop() const { return is_set(registers_[kTest], kLoopBack) && is_set(registers_[kCccr], kTestOn); }
 
 double Fdcan::nominal_hz() const {
     const std::uint32_t t = registers_[kNbtp];
@@ -98,9 +99,6 @@ void Fdcan::control(std::uint32_t value) {
         const double nominal = nominal_hz();
         if (nominal <= 0 || !std::isfinite(nominal)) {
             throw RunFailure("FDCAN has no kernel clock");
-        }
-        if (is_set(registers_[kTest], kLoopBack) && is_set(next, kTestOn) && !is_set(next, kMonitor)) {
-            throw RunFailure("external loop-back (TEST.LBCK without CCCR.MON) is not in this model");
         }
         if (bus_off_) {  // 129 times 11 recessive bits
             recovered_.in(ticks(129 * 11 / nominal));

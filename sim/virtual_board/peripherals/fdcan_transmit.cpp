@@ -58,9 +58,7 @@ std::optional<CanFrame> Fdcan::waiting() const {
     if (n < 0) {
         return std::nullopt;
     }
-    if (check_pins) {
-        check_pins();
-    }
+    check_pins();
     const CanFrame frame = frame_in(static_cast<unsigned>(n));
     check_timing_of(frame);
     return frame;
@@ -85,9 +83,9 @@ void Fdcan::request(std::uint32_t buffers) {
     on_request();
 }
 
-/// Internal loop-back: the controller sends to itself, without the bus.
+/// Loop-back: the controller sends to itself, without regard to the bus.
 void Fdcan::start_loop() {
-    const int n = runs() && is_loop() && !looped_.is_due() ? next_buffer() : -1;
+    const int n = runs() && is_loop() && !looped_.is_due() && !paused_.is_due() ? next_buffer() : -1;
     if (n >= 0) {
         sending_ = n;
         looped_.in(frame_time(frame_in(static_cast<unsigned>(n)), nominal_hz(), data_hz()));
@@ -96,8 +94,12 @@ void Fdcan::start_loop() {
 
 void Fdcan::end_loop() {
     if (sending_ >= 0) {
-        accept(frame_in(static_cast<unsigned>(sending_)));
+        const CanFrame frame = frame_in(static_cast<unsigned>(sending_));
+        accept(frame);
         sent(true);
+        if (!is_set(registers_[kCccr], kMonitor)) {
+            on_loop(frame);
+        }
     }
     start_loop();
 }

@@ -110,9 +110,7 @@ void Flash::begin(Operation operation, double duration_s) {
         interrupt_.in(ticks(0.5 * duration_s));
     }
     ++operations_;
-    if (on_operation) {
-        on_operation();
-    }
+    on_operation();
 }
 
 void Flash::finish() {

@@ -11,7 +11,7 @@ enum class ChipJob : std::uint32_t {
     serial_fifo,     // LPUART1, FIFO threshold interrupts: sends back what it receives, until 16 bytes
     serial_dma,      // USART2, DMA both ways, idle interrupt
     can_queue,       // FDCAN1, queue mode with cancellation
-    can_loop,        // FDCAN1 to FDCAN3, internal loop-back
+    can_loop,        // FDCAN1 to FDCAN3, loop-back
     adc_interrupt,   // ADC1, software trigger, end-of-conversion interrupt
     adc_sequence,    // ADC1 and DMA2, continuous sequence of two channels
     flash_bank,      // mass erase of bank 2 and a double-word, end-of-operation interrupt
