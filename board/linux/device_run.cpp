@@ -135,6 +135,7 @@ public:
     void restart(HostTime now) {
         begin_ = begin_.value_or(now);
         steady_ = now;
+        moved_ = now;
     }
 
     /// Returns the reason to give up; empty: none. Throws DeviceError if the source has never started. reason: of that, for the
@@ -146,6 +147,14 @@ public:
                 "{}: {}", device, reason.empty() ? fmt::format("not ready in {:g} s; giving up", options_.wait_s) : reason));
         }
         steady_ = source.is_steady() ? now : steady_;
+        if (elapsed_ != source.elapsed()) {
+            elapsed_ = source.elapsed();
+            moved_ = now;
+        }
+        const double left_s = options_.duration_s - to_seconds(elapsed_);
+        if (options_.duration_s > 0 && source.has_started() && to_seconds(now - moved_) > left_s) {
+            return fmt::format("{}: no data for the last {:g} s of --duration", device, left_s);
+        }
         const bool gives_up = options_.give_up_after_s > 0 && to_seconds(now - steady_) > options_.give_up_after_s;
         return gives_up ? fmt::format("{}: the device has not worked for {:g} s; giving up", device, options_.give_up_after_s)
                         : "";
@@ -155,6 +164,8 @@ private:
     const DeviceRunOptions& options_;
     std::optional<HostTime> begin_;
     HostTime steady_;  // time at which the device last worked
+    Microseconds elapsed_{};
+    HostTime moved_;  // time of the last change of elapsed_; with --duration the host's clock goes on from there
 };
 
 class DeviceRun {

@@ -16,7 +16,7 @@ namespace tricoil::linux_board {
 struct DeviceRunOptions {
     DeviceConfig config;
     std::optional<calibration::Calibration<double>> calibration;  // content of the file config.calibration
-    double duration_s = 0;                                        // device time; 0: until a signal comes
+    double duration_s = 0;                                        // device time, then host time if it stops; 0: until a signal
     double wait_s = 5;                                            // wait for the device at the start; 0: no limit
     double give_up_after_s = 0;                                   // time without a steady device; 0: never
     bool json = false;                                            // poses and summary to standard output

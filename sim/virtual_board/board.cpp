@@ -24,12 +24,7 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
       flash(machine),
       dma(machine),
       exti(machine),
-      general(
-          machine, dma, rcc, [this](const TransmitPin& p) { return gpio(p.port).is_alternate(p.pin, p.function); },
-          [this] {
-              cause_ = ResetCause::window_watchdog;
-              machine.request_reset();
-          }),
+      general(machine, dma, rcc, [this](const TransmitPin& p) { return gpio(p.port).is_alternate(p.pin, p.function); }),
       usb(machine, kUsbLine, [this] { return rcc.has_48_mhz(); }),
       fdcans{std::make_unique<Fdcan>(machine, kFdcanLines[0], [this] { return rcc.fdcan_hz() / fdcans[0]->clock_divider(); }),
              std::make_unique<Fdcan>(machine, kFdcanLines[1], [this] { return rcc.fdcan_hz() / fdcans[0]->clock_divider(); }),

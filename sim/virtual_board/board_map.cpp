@@ -35,8 +35,8 @@ constexpr std::array<std::array<CanPins, 3>, 3> kCanPins{
 
 void VirtualBoard::add(const std::string& name, std::uint32_t base, std::uint32_t size, Peripheral& device,
                        std::uint32_t enable_register, unsigned bit) {
-    machine.bus.attach(
-        {name, base, size, &device, enable_register == 0 ? std::function<bool()>{} : rcc.clock(enable_register, bit)});
+    machine.bus.attach({name, base, size, &device,
+                        enable_register == 0 ? std::function<bool()>{} : rcc.clock(enable_register, bit), &device == &pwr});
     resettable_.push_back({{enable_register, bit}, &device});
 }
 

@@ -66,11 +66,7 @@ std::optional<unsigned> request(unsigned number) { return number == 0 ? std::nul
 }  // namespace
 
 GeneralPeripherals::GeneralPeripherals(Machine& machine, Dma& dma, Rcc& rcc,
-                                       const std::function<bool(const TransmitPin&)>& is_pin,
-                                       std::function<void()> on_window_watchdog)
-    : rng_(machine, 90, [&rcc] { return rcc.usb_hz() > 0; }),
-      window_watchdog_(
-          machine, 0, [&rcc] { return ticks_of_cycle(rcc.apb_hz(Apb::one)); }, std::move(on_window_watchdog)) {
+                                       const std::function<bool(const TransmitPin&)>& is_pin) {
     for (const TimerFacts& t : kTimers) {
         TimerParams params{t.bits,
                            t.channels,
@@ -110,8 +106,6 @@ void GeneralPeripherals::attach(const Attach& attach) {
         attach(s.name, s.base, 0x400, *serials_[n], s.enable_register, s.enable);
     }
     attach("CRC", 0x40023000, 0x400, crc_, Rcc::kAhb1, 12);
-    attach("RNG", 0x50060800, 0x400, rng_, Rcc::kAhb2, 26);
-    attach("WWDG", 0x40002C00, 0x400, window_watchdog_, Rcc::kApb1, 11);
 }
 
 Timer& GeneralPeripherals::timer(unsigned number) {

@@ -9,10 +9,8 @@
 #include "sim/virtual_board/peripherals/crc.hpp"
 #include "sim/virtual_board/peripherals/dma.hpp"
 #include "sim/virtual_board/peripherals/rcc.hpp"
-#include "sim/virtual_board/peripherals/rng.hpp"
 #include "sim/virtual_board/peripherals/timer.hpp"
 #include "sim/virtual_board/peripherals/usart.hpp"
-#include "sim/virtual_board/peripherals/wwdg.hpp"
 
 namespace tricoil::virtual_board {
 
@@ -30,9 +28,8 @@ using Attach = std::function<void(const std::string& name, std::uint32_t base, s
 /// Timers and serial ports of the whole chip, and small units.
 class GeneralPeripherals {
 public:
-    /// `is_pin`: true if the pin is configured with this function. `on_window_watchdog`: resets the chip.
-    GeneralPeripherals(Machine& machine, Dma& dma, Rcc& rcc, const std::function<bool(const TransmitPin&)>& is_pin,
-                       std::function<void()> on_window_watchdog);
+    /// `is_pin`: true if the pin is configured with this function.
+    GeneralPeripherals(Machine& machine, Dma& dma, Rcc& rcc, const std::function<bool(const TransmitPin&)>& is_pin);
 
     void attach(const Attach& attach);
 
@@ -45,8 +42,6 @@ private:
     std::vector<std::unique_ptr<Timer>> timers_;
     std::vector<std::unique_ptr<Usart>> serials_;
     Crc crc_;
-    Rng rng_;
-    Wwdg window_watchdog_;
 };
 
 }  // namespace tricoil::virtual_board

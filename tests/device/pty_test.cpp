@@ -133,6 +133,21 @@ TEST_F(Pty, AVanishedLineIsReported) {
     EXPECT_EQ(tracker.wait(), 0);
 }
 
+/// The device's clock stops with the device; the host's clock then ends the run.
+TEST_F(Pty, ARunOfAVanishedDeviceEnds) {
+    plug_in("--duration 600");
+    const std::string link = in("serial_line");
+    std::filesystem::create_symlink(device.substr(device.find(':') + 1), link);
+    Program tracker(std::string(TRICOIL_PROGRAM) + " run --duration 3 --device serial:" + link + " --out " + in("poses.csv") +
+                    " 2>" + in("err") + " >" + in("out"));
+    ASSERT_TRUE(eventually([&] { return lines(read_text(in("poses.csv"))).size() > 100; }));
+    peer->send(SIGKILL);
+    peer->wait();
+    std::filesystem::remove(link);
+    EXPECT_EQ(tracker.wait(), 3);
+    EXPECT_THAT(read_text(in("err")), ::testing::HasSubstr("s of --duration"));
+}
+
 TEST_F(Pty, SecondProgramGetsLineInUse) {
     plug_in("--duration 600");
     Program first(std::string(TRICOIL_PROGRAM) + " run --device " + device + " --out " + in("poses.csv") + " 2>" +

@@ -18,6 +18,7 @@ using test::Mailbox;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::Ge;
+using ::testing::HasSubstr;
 using ::testing::Le;
 
 constexpr double kReferenceCode = 1504;  // 1.212 V of 3.3 V in 4096 steps
@@ -89,9 +90,12 @@ TEST_F(Chip, CanQueueSendsTheLowestIdentifierAndNoCancelledFrame) {
 }
 
 TEST_F(Chip, EveryCanControllerLoopsBack) {
+    std::vector<std::uint32_t> sent;
+    board.can.on_frame = [&](const CanFrame& frame) { sent.push_back(frame.id); };
     const std::uint32_t priority = 2U << 6U;  // stored in FIFO 0, at index 0
     EXPECT_THAT(run(ChipJob::can_loop), ElementsAre(1, 0x11223344, 0x5A, priority, 0, 1, 0x11223345, 0x5A, priority, 0, 1,
                                                     0x11223346, 0x5A, priority, 0));
+    EXPECT_THAT(sent, ElementsAre(0x123, 0x124)) << "only the external loop-back";
 }
 
 TEST_F(Chip, ConverterInterruptsOnceForEachSoftwareStart) {
@@ -170,7 +174,46 @@ TEST_F(Chip, StandbyEndsWithAReset) {
     EXPECT_EQ(board.pwr.read(0x10) & 0x102U, 0x102U) << "SBF, WUF2";
 }
 
-TEST_F(Chip, UnitsComputeAndIdentify) { EXPECT_THAT(run(ChipJob::units), ElementsAre(::testing::_, 0xCBF43926, 1, 0x469)); }
+TEST_F(Chip, UnitsComputeAndIdentify) { EXPECT_THAT(run(ChipJob::units), ElementsAre(::testing::_, 0xCBF43926, 0x469)); }
+
+TEST_F(Chip, ConverterIsTriggeredBySoftware) { EXPECT_THAT(run(ChipJob::dac_software), ElementsAre(0, 1234, 0x307)); }
+
+TEST_F(Chip, FlashErrorInterrupts) { EXPECT_THAT(run(ChipJob::flash_error), ElementsAre(::testing::_, 1)) << "PGAERR and OPERR"; }
+
+TEST_F(Chip, SingleBitsOfMemoryAndPeripherals) { EXPECT_THAT(run(ChipJob::bit_band), ElementsAre(0x80000000, 1, 0x80, 1)); }
+
+TEST_F(Chip, RunsCodeInRam) { EXPECT_THAT(run(ChipJob::code_in_ram), ElementsAre(5, 7)); }
+
+TEST_F(Chip, SettingsOfUnitsThatAreOffAreAccepted) {
+    EXPECT_THAT(run(ChipJob::units_off), ElementsAre(0, 0x100, 1, 7, 0x80000060));
+}
+
+TEST_F(Chip, TrapsOfDivisionAndAlignmentEndTheRun) {
+    const auto failure = [this](ChipJob job) -> std::string {
+        try {
+            (void)run(job);
+        } catch (const RunFailure& thrown) {
+            return thrown.what();
+        }
+        return "no failure";
+    };
+    EXPECT_THAT(failure(ChipJob::divide_by_zero), HasSubstr("division by zero at 0x0800"));
+    EXPECT_THAT(std::vector(mailbox().results, mailbox().results + mailbox().count), ElementsAre(0, 4));
+    EXPECT_THAT(failure(ChipJob::read_unaligned), HasSubstr("with CCR.UNALIGN_TRP"));
+    EXPECT_EQ(mailbox().count, 1U);
+}
+
+/// The chip ignores an access to a peripheral without a clock.
+TEST_F(Chip, AccessWithoutAClockIsRefusedOrIgnored) {
+    Bus& bus = board.machine.bus;
+    EXPECT_THROW(bus.write(0x40000000, 1, 4), RunFailure) << "TIM2";
+    std::vector<std::string> ignored;
+    bus.on_ignored = [&](const std::string& access) { ignored.push_back(access); };
+    bus.write(0x40000000, 1, 4);
+    EXPECT_EQ(bus.read(0x40000000, 4), 0U);
+    EXPECT_THAT(ignored, ElementsAre("TIM2: write at 0x40000000 before its clock is on",
+                                     "TIM2: read at 0x40000000 before its clock is on"));
+}
 
 }  // namespace
 }  // namespace tricoil::virtual_board

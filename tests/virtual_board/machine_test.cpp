@@ -173,6 +173,17 @@ TEST_F(Processor, TakesAFaultAsHardFault) {
     EXPECT_THAT(failure(Job::read_nowhere), HasSubstr("read from 0x30000000")) << "only the requested fault is an exception";
 }
 
+/// With SHCSR a fault is its own exception, which HFSR does not show.
+TEST_F(Processor, TakesAFaultAsItsOwnException) {
+    for (const auto& [job, exception] : {std::pair{Job::bus_fault, 5U}, std::pair{Job::usage_fault, 6U}}) {
+        machine_.cpu.take_next_fault();
+        const auto seen = run(job);
+        ASSERT_EQ(seen.size(), 5U);
+        EXPECT_EQ(seen[0], 100 + exception);
+        EXPECT_EQ(seen[2], 0U) << "HFSR";
+    }
+}
+
 /// Regions of the tracker's firmware: a guard below RAM, and no code in RAM.
 TEST_F(Processor, MemoryProtectionTellsForbiddenFromMissing) {
     SystemControl& control = machine_.control;

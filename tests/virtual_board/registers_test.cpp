@@ -61,16 +61,13 @@ TEST_F(RegistersTest, UsartModesAreRefused) {
     EXPECT_THAT(failure_of_write(usart, 0x08, 1U << 3U), HasSubstr("CR3: bit 3 (HDSEL)"));
 }
 
-TEST_F(RegistersTest, OpampLockAndCalibrationAreRefused) {
+TEST_F(RegistersTest, OpampCalibrationIsRefused) {
     Opamp opamp;
-    EXPECT_THAT(failure_of_write(opamp, 0x00, 1U << 31U), HasSubstr("OPAMP1_CSR: bit 31 (LOCK)"));
     EXPECT_THAT(failure_of_write(opamp, 0x04, 1U << 11U), HasSubstr("OPAMP2_CSR: bit 11 (CALON)"));
 }
 
-TEST_F(RegistersTest, ProcessorTrapsAreRefused) {
-    for (const std::uint32_t trap : {1U << 3U, 1U << 4U}) {
-        EXPECT_THROW(machine.control.write(0x14, 0x200U | trap), RunFailure);
-    }
+TEST_F(RegistersTest, ProcessorSettings) {
+    EXPECT_THROW(machine.control.write(0x14, 0x201U), RunFailure) << "NONBASETHRDENA";
     EXPECT_NO_THROW(machine.control.write(0x10, 2)) << "SLEEPONEXIT has a model";
 }
 

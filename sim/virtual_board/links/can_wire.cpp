@@ -32,6 +32,11 @@ CanWire::CanWire(Machine& machine, std::vector<Fdcan*> controllers)
           machine.events, [this] { on_frame_end(); }, Event::Clock::always) {
     for (Fdcan* controller : controllers_) {
         controller->on_request = [this] { arbitrate(); };
+        controller->on_loop = [this](const CanFrame& frame) {  // no other controller listens meanwhile
+            if (has_other_nodes && on_frame) {
+                on_frame(frame);
+            }
+        };
     }
 }
 

@@ -32,7 +32,7 @@ const char* reason_of(uc_mem_type type) {
         case UC_MEM_WRITE_PROT:
             return "which is flash or ROM";
         case UC_MEM_FETCH_PROT:
-            return "which is RAM; this model executes code only in flash and ROM";
+            return "which is RAM without code (MPU)";
         default:
             return "where there is no memory";
     }
@@ -69,11 +69,26 @@ struct Cpu::Hooks {
         auto& self = *static_cast<Cpu*>(cpu);
         self.guarded([&] { self.on_block(static_cast<std::uint32_t>(address), bytes); });
     }
+    static void code(uc_engine*, std::uint64_t address, std::uint32_t bytes, void* cpu) {
+        auto& self = *static_cast<Cpu*>(cpu);
+        self.guarded([&] { self.check_division(static_cast<std::uint32_t>(address), bytes); });
+    }
+    static void data(uc_engine*, uc_mem_type, std::uint64_t address, int bytes, std::int64_t, void* cpu) {
+        auto& self = *static_cast<Cpu*>(cpu);
+        self.guarded([&] {
+            if (self.control_.traps_unaligned() && address % static_cast<unsigned>(bytes) != 0) {
+                self.fail(fmt::format("unaligned access to {:#010x} with CCR.UNALIGN_TRP", address));
+            }
+        });
+    }
     static void interrupt(uc_engine*, std::uint32_t number, void* cpu) { static_cast<Cpu*>(cpu)->on_interrupt(number); }
     static bool forbidden(uc_engine*, uc_mem_type type, std::uint64_t address, int, std::int64_t, void* cpu) {
         const auto at = static_cast<std::uint32_t>(address);
         auto& self = *static_cast<Cpu*>(cpu);
         const bool fetches = type == UC_MEM_FETCH_UNMAPPED || type == UC_MEM_FETCH_PROT;
+        if (type == UC_MEM_FETCH_PROT && Memory::is_ram(at) && !self.control_.mpu().forbids(at, true)) {
+            return self.open_ram();
+        }
         self.failure_ = fmt::format("{} {:#010x}, {}", access_name(type), at, reason_of(type));
         self.fault_ = Fault{fetches ? Fault::Kind::fetch : Fault::Kind::data, at};
         return false;
@@ -113,20 +128,68 @@ Cpu::Cpu(Memory& memory, Bus& bus, Events& events, Nvic& nvic, SystemControl& co
     map(Memory::kRamBase, Memory::kRamBytes, kData, memory.ram.data());
     map(Memory::kCcmBase, Memory::kCcmBytes, kData, memory.ram.data() + Memory::kRamBytes - Memory::kCcmBytes);
     Hooks::map<Memory::kFlashBase + Memory::kBankBytes, Memory::kBankBytes>(uc_, this);
+    Hooks::map<Memory::kRamBitsBase, 32 * Memory::kRamBytes>(uc_, this);
     Hooks::map<0x40000000, 0x10000000>(uc_, this);
     Hooks::map<0x50000000, 0x10000000>(uc_, this);
     Hooks::map<0xA0000000, 0x2000>(uc_, this);
     Hooks::map<0xE0000000, 0x00100000>(uc_, this);
-    uc_hook hook = 0;
-    const auto add = [&](int type, auto* callback) {
-        check_unicorn(uc_hook_add(uc_, &hook, type, reinterpret_cast<void*>(callback), this, 1, 0), "hook");
-    };
-    add(UC_HOOK_BLOCK, &Hooks::block);
-    add(UC_HOOK_INTR, &Hooks::interrupt);
-    add(UC_HOOK_MEM_UNMAPPED | UC_HOOK_MEM_PROT, &Hooks::forbidden);
+    add_hook(UC_HOOK_BLOCK, reinterpret_cast<void*>(&Hooks::block));
+    add_hook(UC_HOOK_INTR, reinterpret_cast<void*>(&Hooks::interrupt));
+    add_hook(UC_HOOK_MEM_UNMAPPED | UC_HOOK_MEM_PROT, reinterpret_cast<void*>(&Hooks::forbidden));
 }
 
 Cpu::~Cpu() { uc_close(uc_); }
+
+void Cpu::add_hook(int type, void* callback) {
+    std::size_t hook = 0;
+    check_unicorn(uc_hook_add(uc_, &hook, type, callback, this, 1, 0), "hook");
+}
+
+/// The hooks of the traps of CCR cost much time; they are added when a trap is switched on.
+void Cpu::add_traps() {
+    traps_ = true;
+    add_hook(UC_HOOK_CODE, reinterpret_cast<void*>(&Hooks::code));
+    add_hook(UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE, reinterpret_cast<void*>(&Hooks::data));
+    // the blocks that were translated without the hooks
+    for (std::uint32_t half = 0; half < flash_facts_.size(); ++half) {
+        if (flash_facts_[half].bytes != 0) {
+            forget_block(Memory::kFlashBase + 2 * half);
+        }
+    }
+}
+
+void Cpu::forget_block(std::uint32_t address) {
+    check_unicorn(uc_ctl_remove_cache(uc_, address, address + 1), "translated code");
+}
+
+void Cpu::check_division(std::uint32_t address, std::uint32_t bytes) {
+    const std::uint32_t word = bytes == 4 ? memory_.word(address) : 0;  // SDIV or UDIV, ARMv7-M A7.7
+    if (control_.traps_division() && (word & 0xF0F0FFD0U) == 0xF0F0FB90U &&
+        get(UC_ARM_REG_R0 + static_cast<int>(field(word, 16, 4))) == 0) {
+        fail(fmt::format("division by zero at {:#010x} with CCR.DIV_0_TRP", address));
+    }
+}
+
+/// Code in RAM: from now on both ranges of addresses are executable. False: the processor faults.
+bool Cpu::open_ram() {
+    return uc_mem_protect(uc_, Memory::kRamBase, Memory::kRamBytes, UC_PROT_ALL) == UC_ERR_OK &&
+           uc_mem_protect(uc_, Memory::kCcmBase, Memory::kCcmBytes, UC_PROT_ALL) == UC_ERR_OK;
+}
+
+/// True if the block at this RAM address may run. Code that was overwritten is translated again (see store_speed.cpp).
+bool Cpu::may_run_in_ram(std::uint32_t address, std::uint32_t bytes) {
+    if (control_.mpu().forbids(address, true)) {
+        failure_ = fmt::format("jump to {:#010x}, which is RAM without code (MPU)", address);
+        fault_ = Fault{Fault::Kind::fetch, address};
+        return false;
+    }
+    const auto now = memory_.at(address, bytes);
+    auto& before = ram_code_[address];
+    const bool same = before.empty() || std::equal(now.begin(), now.end(), before.begin(), before.end());
+    before.assign(now.begin(), now.end());
+    overwritten_ = same ? std::nullopt : std::optional(address);
+    return same;
+}
 
 std::uint32_t Cpu::get(int reg) const {
     std::uint32_t value = 0;
@@ -188,7 +251,8 @@ const BlockFacts& Cpu::facts_at(std::uint32_t address, std::uint32_t bytes) {
 void Cpu::on_block(std::uint32_t address, std::uint32_t bytes) {
     block_ = address;
     events_.advance(events_.now());
-    if (stop_requested_ || events_.now() >= limit_ || (nvic_.may_take() && nvic_.to_take(masks()) != 0)) {
+    if (stop_requested_ || events_.now() >= limit_ || (nvic_.may_take() && nvic_.to_take(masks()) != 0) || lacks_traps() ||
+        (Memory::is_ram(address) && !may_run_in_ram(address, bytes))) {
         stopping_ = true;
         uc_emu_stop(uc_);  // takes effect before the block's first instruction
         return;
@@ -262,6 +326,13 @@ void Cpu::sleep() {
 
 void Cpu::run() {
     stopping_ = false;
+    if (lacks_traps()) {
+        add_traps();
+    }
+    if (overwritten_) {
+        forget_block(*overwritten_);
+        overwritten_.reset();
+    }
     // In steps while a fault is awaited, because within a block the pc of an access is not known.
     const uc_err error = uc_emu_start(uc_, pc() | 1U, 0, 0, takes_fault_ ? 1 : 0);
     if (failure_) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "sim/virtual_board/machine/block_facts.hpp"
@@ -85,6 +86,13 @@ private:
     const BlockFacts& facts_at(std::uint32_t address, std::uint32_t bytes);
     void fail(const std::string& reason);
     void run();
+    void add_hook(int type, void* callback);
+    void add_traps();
+    void forget_block(std::uint32_t address);
+    [[nodiscard]] bool lacks_traps() const { return !traps_ && (control_.traps_division() || control_.traps_unaligned()); }
+    void check_division(std::uint32_t address, std::uint32_t bytes);
+    bool open_ram();
+    bool may_run_in_ram(std::uint32_t address, std::uint32_t bytes);
     void start_sleep(bool until_event);
     void sleep();
     [[nodiscard]] bool wakes() const;
@@ -136,6 +144,9 @@ private:
     std::uint32_t block_ = 0;              // address of the running block
     std::vector<BlockFacts> flash_facts_;  // by half-word
     BlockFacts other_facts_;
+    bool traps_ = false;                                                     // hooks of the traps of CCR
+    std::unordered_map<std::uint32_t, std::vector<std::uint8_t>> ram_code_;  // translated, by address
+    std::optional<std::uint32_t> overwritten_;                               // such code that has changed
 };
 
 }  // namespace tricoil::virtual_board

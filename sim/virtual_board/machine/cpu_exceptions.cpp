@@ -99,7 +99,7 @@ void Cpu::push_frame(std::uint32_t frame, std::uint32_t xpsr) {
     fault_.reset();
     if (in_fault && !Memory::is_ram(frame)) {
         const bool forbidden = control_.mpu().forbids(frame, false);
-        control_.note_fault(forbidden ? SystemControl::kForbiddenStacking : SystemControl::kStackingError, 0);
+        (void)control_.note_fault(forbidden ? SystemControl::kForbiddenStacking : SystemControl::kStackingError, 0);
         return;
     }
     for (std::uint32_t n = 0; n < kFrameRegisters.size(); ++n) {
@@ -109,30 +109,25 @@ void Cpu::push_frame(std::uint32_t frame, std::uint32_t xpsr) {
     store(frame + 0x1C, xpsr);
 }
 
-/// Makes the fault a pending HardFault. The handlers of the single faults are modelled as disabled (see Shcsr).
+/// Makes the fault a pending exception: its own if that is enabled and urgent enough, otherwise HardFault.
 void Cpu::take_fault() {
     const std::uint32_t address = fault_->address;
     const bool is_fetch = fault_->kind == Fault::Kind::fetch;
     const bool forbidden = fault_->kind != Fault::Kind::instruction && control_.mpu().forbids(address, is_fetch);
-    if (is_fetch && Memory::is_ram(address) && !forbidden) {
-        fail(*failure_);  // the chip would run the code
-    }
     failure_.reset();
     if (nvic_.is_active(kHardFault) || nvic_.is_active(kNmi)) {
         fail("fault in the handler of a fault: the processor locks up");
     }
-    switch (fault_->kind) {
-        case Fault::Kind::data:
-            control_.note_fault(forbidden ? SystemControl::kForbiddenData : SystemControl::kDataBusError, address);
-            break;
-        case Fault::Kind::fetch:
-            control_.note_fault(forbidden ? SystemControl::kForbiddenFetch : SystemControl::kFetchError, 0);
-            break;
-        case Fault::Kind::instruction:
-            control_.note_fault(SystemControl::kUndefined, 0);
-            break;
+    const std::uint32_t on_data = forbidden ? SystemControl::kForbiddenData : SystemControl::kDataBusError;
+    const std::uint32_t on_fetch = forbidden ? SystemControl::kForbiddenFetch : SystemControl::kFetchError;
+    const bool undefined = fault_->kind == Fault::Kind::instruction;
+    const int exception = control_.note_fault(undefined ? SystemControl::kUndefined : is_fetch ? on_fetch : on_data, address);
+    nvic_.pend(exception);
+    if (exception == kHardFault || nvic_.to_take(masks()) != exception) {
+        nvic_.unpend(exception);
+        nvic_.pend(kHardFault);
+        control_.escalate_fault();
     }
-    nvic_.pend(kHardFault);
 }
 
 void Cpu::enter(bool tail_chained, std::uint32_t exc_return) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <stdexcept>
 
 namespace tricoil::virtual_board {
@@ -12,11 +13,18 @@ Machine::Machine()
       control(nvic, [this] { request_reset(); }),
       cpu(memory, bus, events, nvic, control),
       sys_tick_(events, nvic, [this] { return cpu.ticks_per_cycle(); }),
-      cycle_counter_(cpu.cycles()) {
+      cycle_counter_(cpu.cycles()),
+      ram_bits_([this](std::uint32_t at) { return memory.word(Memory::kRamBase + at); },
+                [this](std::uint32_t at, std::uint32_t word) { std::memcpy(memory.ram.data() + at, &word, sizeof word); }),
+      peripheral_bits_([this](std::uint32_t at) { return bus.read(0x40000000 + at, 4); },
+                       [this](std::uint32_t at, std::uint32_t word) { bus.write(0x40000000 + at, word, 4); }) {
     bus.attach({"SysTick", 0xE000E010, 0x10, &sys_tick_, {}});
     bus.attach({"NVIC", 0xE000E100, 0x400, &nvic, {}});
     bus.attach({"SCB", 0xE000ED00, 0x300, &control, {}});
     bus.attach({"DWT", 0xE0001000, 0x1000, &cycle_counter_, {}});
+    bus.attach({"ITM", 0xE0000000, 0x1000, &trace_, {}});
+    bus.attach({"bit-band of the RAM", Memory::kRamBitsBase, 32 * Memory::kRamBytes, &ram_bits_, {}});
+    bus.attach({"bit-band of the peripherals", 0x42000000, 0x2000000, &peripheral_bits_, {}});
 }
 
 void Machine::load(std::span<const std::uint8_t> image) {
@@ -60,9 +68,7 @@ void Machine::run_until(Ticks time) {
         cpu.run_until(time);
         if (reset_requested_) {
             reset_requested_ = false;
-            if (on_reset_request) {
-                on_reset_request();
-            }
+            on_reset_request();
             reset();
         }
     }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "sim/virtual_board/machine/bit_band.hpp"
 #include "sim/virtual_board/machine/cpu.hpp"
 
 namespace tricoil::virtual_board {
@@ -25,7 +26,7 @@ public:
     void set_core_clock(Ticks ticks_per_cycle);
 
     /// Called on a reset requested by the firmware or a watchdog.
-    std::function<void()> on_reset_request;
+    std::function<void()> on_reset_request = [] {};
     /// Requests a reset before the next instruction.
     void request_reset();
 
@@ -41,6 +42,9 @@ public:
 private:
     SysTick sys_tick_;
     CycleCounter cycle_counter_;
+    TraceMacrocell trace_;
+    BitBand ram_bits_;
+    BitBand peripheral_bits_;
     bool reset_requested_ = false;
 };
 

@@ -15,6 +15,7 @@ struct Memory {
     static constexpr std::uint32_t kBankBytes = 256 * 1024;
     static constexpr std::uint32_t kRamBase = 0x20000000;
     static constexpr std::uint32_t kRamBytes = 128 * 1024;
+    static constexpr std::uint32_t kRamBitsBase = 0x22000000;  // bit-band
     static constexpr std::uint32_t kCcmBase = 0x10000000;
     static constexpr std::uint32_t kCcmBytes = 32 * 1024;
     static constexpr std::uint32_t kSystemBase = 0x1FFF0000;

@@ -15,6 +15,7 @@ constexpr int kExceptions = kFirstInterrupt + kInterrupts;
 
 constexpr int kNmi = 2;
 constexpr int kHardFault = 3;
+constexpr int kMemManage = 4;  // BusFault and UsageFault follow
 constexpr int kSvCall = 11;
 constexpr int kPendSv = 14;
 constexpr int kSysTick = 15;

@@ -1,5 +1,5 @@
 // At every store Unicorn 2.0 checks for overwritten translated code. The check allocates heap memory and takes half of the run
-// time. Here all code is in flash and RAM is not executable, so the check is never needed. The library calls its own functions
+// time. Cpu compares code in RAM with the translated code instead. The library calls its own functions
 // through the dynamic linker, which finds the definitions of this file first. A version of the library that binds its functions
 // internally is slower, with the same results.
 #include "sim/virtual_board/machine/store_speed.hpp"

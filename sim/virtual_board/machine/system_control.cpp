@@ -22,6 +22,7 @@ constexpr std::array<Register, 4> kTickRegisters{
     {{0x0, 0, "CTRL", 0x7}, {0x4, 0, "LOAD", 0xFFFFFF}, {0x8, 0, "VAL", kAllBits}, {0xC, 0, "CALIB", 0}}};
 constexpr std::array<Register, 2> kCycleRegisters{{{0x0, 0x40000000, "CTRL", 0x1}, {0x4, 0, "CYCCNT", kAllBits}}};
 constexpr std::uint32_t kPriorityBytes = 12;
+constexpr unsigned kFaultEnables = 16;  // MEMFAULTENA; BUSFAULTENA and USGFAULTENA follow
 constexpr std::uint32_t kSystemResetRequest = 1U << 2U;
 constexpr std::uint32_t kForced = 1U << 30U;             // HFSR
 constexpr std::uint32_t kMemoryAddressValid = 1U << 7U;  // CFSR.MMARVALID
@@ -29,7 +30,6 @@ constexpr std::uint32_t kBusAddressValid = 1U << 15U;    // CFSR.BFARVALID
 
 }  // namespace
 
-// Every fault ends the run, or is a HardFault: the handlers of single faults stay disabled (SHCSR).
 SystemControl::SystemControl(Nvic& nvic, std::function<void()> request_reset)
     : nvic_(nvic),
       request_reset_(std::move(request_reset)),
@@ -38,11 +38,11 @@ SystemControl::SystemControl(Nvic& nvic, std::function<void()> request_reset)
                   {kVtor, 0, "VTOR", 0xFFFFFF80},
                   {kAircr, 0xFA050000, "AIRCR", 0xFFFF0704},
                   {kScr, 0, "SCR", 0x16},
-                  {kCcr, 0x200, "CCR", 0x200, "NONBASETHRDENA@0 USERSETMPEND@1 UNALIGN_TRP@3 DIV_0_TRP@4 BFHFNMIGN@8"},
+                  {kCcr, 0x200, "CCR", 0x218, "NONBASETHRDENA@0 USERSETMPEND@1 BFHFNMIGN@8"},
                   {kPriorities, 0, "SHPR1", 0xF0F0F0},
                   {kPriorities + 4, 0, "SHPR2", 0xF0000000},
                   {kPriorities + 8, 0, "SHPR3", 0xF0F00000},
-                  {kShcsr, 0, "SHCSR", 0, "active_and_pending_flags@0-15 MEMFAULTENA@16 BUSFAULTENA@17 USGFAULTENA@18"},
+                  {kShcsr, 0, "SHCSR", 7U << kFaultEnables, "active_and_pending_flags@0-15"},
                   {kCfsr, 0, "CFSR", kAllBits},
                   {kHfsr, 0, "HFSR", kAllBits},
                   {kMmfar, 0, "MMFAR", 0},
@@ -58,16 +58,19 @@ SystemControl::SystemControl(Nvic& nvic, std::function<void()> request_reset)
                   {kFpcar, 0, "FPCAR", 0xFFFFFFF8},
                   {kFpdscr, 0, "FPDSCR", 0x07C00000}}) {}
 
-void SystemControl::note_fault(std::uint32_t bits, std::uint32_t address) {
+int SystemControl::note_fault(std::uint32_t bits, std::uint32_t address) {
     registers_.at(kCfsr) |= bits;
-    registers_.at(kHfsr) |= kForced;
     if ((bits & kMemoryAddressValid) != 0) {
         registers_.at(kMmfar) = address;
     }
     if ((bits & kBusAddressValid) != 0) {
         registers_.at(kBfar) = address;
     }
+    const unsigned own = bits >= kUndefined ? 2 : bits >= kFetchError ? 1 : 0;
+    return is_set(registers_[kShcsr], kFaultEnables + own) ? kMemManage + static_cast<int>(own) : kHardFault;
 }
+
+void SystemControl::escalate_fault() { registers_.at(kHfsr) |= kForced; }
 
 void SystemControl::wait_for_lazy_save(std::uint32_t address) {
     registers_.at(kFpcar) = address;

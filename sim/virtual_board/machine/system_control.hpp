@@ -1,6 +1,7 @@
 // Registers of the processor's private bus: system control block, SysTick, floating-point context, cycle counter.
 #pragma once
 
+#include <array>
 #include <functional>
 
 #include "sim/virtual_board/machine/mpu.hpp"
@@ -18,6 +19,8 @@ public:
     /// True if CPACR gives code full access to coprocessors 10 and 11.
     [[nodiscard]] bool float_is_on() const { return field(registers_[kCpacr], 20, 4) == 0xFU; }
     [[nodiscard]] bool stack_aligned() const { return is_set(registers_[kCcr], 9); }
+    [[nodiscard]] bool traps_unaligned() const { return is_set(registers_[kCcr], 3); }
+    [[nodiscard]] bool traps_division() const { return is_set(registers_[kCcr], 4); }
 
     [[nodiscard]] bool sleeps_on_exit() const { return is_set(registers_[kScr], 1); }
     [[nodiscard]] bool sleeps_deeply() const { return is_set(registers_[kScr], 2); }
@@ -42,8 +45,10 @@ public:
     static constexpr std::uint32_t kDataBusError = 1U << 9U | 1U << 15U;  // PRECISERR, BFARVALID
     static constexpr std::uint32_t kStackingError = 1U << 12U;            // STKERR
     static constexpr std::uint32_t kUndefined = 1U << 16U;                // UNDEFINSTR
-    /// Notes a fault that is escalated to HardFault. `address`: for MMFAR or BFAR, if it becomes valid.
-    void note_fault(std::uint32_t bits, std::uint32_t address);
+    /// Notes a fault. `address`: for MMFAR or BFAR, if it becomes valid. Returns its exception, HardFault if SHCSR does not
+    /// enable the fault's own.
+    int note_fault(std::uint32_t bits, std::uint32_t address);
+    void escalate_fault();
 
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
@@ -117,6 +122,19 @@ private:
     std::uint32_t control_ = 0;
     std::uint64_t zero_ = 0;
     std::uint32_t stopped_at_ = 0;
+};
+
+/// 0xE0000000: instrumentation trace (ITM). Nothing reads the trace, so its ports are always ready.
+class TraceMacrocell final : public Peripheral {
+public:
+    std::uint32_t read(std::uint32_t offset) override { return offset < kPortBytes ? 1 : words_[offset / 4]; }
+    void write(std::uint32_t offset, std::uint32_t value) override { words_.at(offset / 4) = value; }
+    void write_narrow(std::uint32_t, std::uint32_t, unsigned) override {}
+    void reset() override { words_ = {}; }
+
+private:
+    static constexpr std::uint32_t kPortBytes = 0x80;
+    std::array<std::uint32_t, 0x400> words_{};
 };
 
 }  // namespace tricoil::virtual_board

@@ -53,7 +53,7 @@ constexpr double kMaxHz = 60e6;  // DS12288, one converter at 12 bits
 constexpr std::array<int, 8> kSampling2{5, 13, 25, 49, 95, 185, 495, 1281};
 constexpr std::array<int, 4> kConverting2{25, 21, 17, 13};
 constexpr std::array<unsigned, 4> kLeftShifts{4, 6, 8, 2};
-constexpr double kMaxIdleS = 1e-3;  // ES0430 2.7.10
+constexpr double kMaxIdleS = 1e-3;  // ES0430 2.7.9
 
 }  // namespace adc
 

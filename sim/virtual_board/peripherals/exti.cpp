@@ -10,14 +10,10 @@ constexpr std::uint32_t kInterruptMask = 0x00;
 constexpr std::uint32_t kEventMask = 0x04;
 constexpr std::uint32_t kSoftware = 0x10;
 constexpr std::uint32_t kPending = 0x14;
-constexpr const char* kOthers =
-    "RTC_alarm@17 USB@18 RTC_tamper@19 RTC_wakeup@20 COMP1@21 COMP2@22 I2C1@23 I2C2@24 USART1@25 USART2@26 I2C3@27 USART3@28 "
-    "COMP3@29 COMP4@30 COMP5@31";
-constexpr const char* kUpperOthers = "COMP6@0 COMP7@1 UART4@2 UART5@3 LPUART1@4 LPTIM1@5 PVM@6-9 I2C4@10 UCPD1@11";
 constexpr std::uint32_t kLines = 0x1FFFF;  // pins and the voltage detector, whose output never changes here
-// Direct lines of serial ports, whose interrupts end Stop mode themselves.
-constexpr std::uint32_t kDirect = 0x16000000;
-constexpr std::uint32_t kUpperDirect = 0x1C;
+constexpr std::uint32_t kUpperLines = 0xFFF;
+constexpr std::uint32_t kEdges = 0xE07A0000 | kLines;  // lines with an edge detector
+constexpr std::uint32_t kUpperEdges = 0x3C3;
 
 }  // namespace exti
 
@@ -34,17 +30,17 @@ constexpr std::array<Group, 8> kLineGroups{
 }  // namespace
 
 Exti::Exti(Machine& machine)
-    : RegisterPeripheral({{exti::kInterruptMask, 0x1F840000, "IMR1", exti::kLines | exti::kDirect, exti::kOthers},
-                          {exti::kEventMask, 0, "EMR1", exti::kLines, exti::kOthers},
-                          {kRising, 0, "RTSR1", exti::kLines, exti::kOthers},
-                          {kFalling, 0, "FTSR1", exti::kLines, exti::kOthers},
-                          {exti::kSoftware, 0, "SWIER1", exti::kLines, exti::kOthers},
+    : RegisterPeripheral({{exti::kInterruptMask, 0x1F840000, "IMR1", kAllBits},  // no source of the lines from 17 on has edges
+                          {exti::kEventMask, 0, "EMR1", kAllBits},
+                          {kRising, 0, "RTSR1", exti::kEdges},
+                          {kFalling, 0, "FTSR1", exti::kEdges},
+                          {exti::kSoftware, 0, "SWIER1", exti::kLines, "internal_lines@17-31"},
                           {exti::kPending, 0, "PR1", kAllBits},
-                          {0x20, 0, "IMR2", exti::kUpperDirect, exti::kUpperOthers},
-                          {0x24, 0, "EMR2", 0, exti::kUpperOthers},
-                          {0x28, 0, "RTSR2", 0, exti::kUpperOthers},
-                          {0x2C, 0, "FTSR2", 0, exti::kUpperOthers},
-                          {0x30, 0, "SWIER2", 0, exti::kUpperOthers},
+                          {0x20, 0, "IMR2", exti::kUpperLines},
+                          {0x24, 0, "EMR2", exti::kUpperLines},
+                          {0x28, 0, "RTSR2", exti::kUpperEdges},
+                          {0x2C, 0, "FTSR2", exti::kUpperEdges},
+                          {0x30, 0, "SWIER2", 0, "internal_lines@0-11"},
                           {0x34, 0, "PR2", kAllBits}}),
       machine_(machine) {}
 

@@ -30,19 +30,19 @@ Fdcan::Fdcan(Machine& machine, std::array<int, 2> lines, std::function<double()>
                      bus_off_ = false;
                      send_errors_ = 0;
                      receive_errors_ = 0;
-                     if (on_request) {
-                         on_request();
-                     }
+                     on_request();
                  }),
-      looped_(machine.events, [this] { end_loop(); }) {
+      looped_(machine.events, [this] { end_loop(); }),
+      paused_(machine.events, [this] {
+          start_loop();
+          on_request();
+      }) {
     reset();
 }
 
 bool Fdcan::runs() const { return !is_set(registers_[kCccr], kInit) && !bus_off_ && !machine_.events.is_frozen(); }
 
-bool Fdcan::is_loop() const {
-    return is_set(registers_[kTest], kLoopBack) && is_set(registers_[kCccr], kTestOn) && is_set(registers_[kCccr], kMonitor);
-}
+bool Fdcan::is_loop() const { return is_set(registers_[kTest], kLoopBack) && is_set(registers_[kCccr], kTestOn); }
 
 double Fdcan::nominal_hz() const {
     const std::uint32_t t = registers_[kNbtp];
@@ -100,16 +100,11 @@ void Fdcan::control(std::uint32_t value) {
         if (nominal <= 0 || !std::isfinite(nominal)) {
             throw RunFailure("FDCAN has no kernel clock");
         }
-        if (is_set(registers_[kTest], kLoopBack) && is_set(next, kTestOn) && !is_set(next, kMonitor)) {
-            throw RunFailure("external loop-back (TEST.LBCK without CCCR.MON) is not in this model");
-        }
         if (bus_off_) {  // 129 times 11 recessive bits
             recovered_.in(ticks(129 * 11 / nominal));
         }
         start_loop();
-        if (on_request) {
-            on_request();
-        }
+        on_request();
     }
     if (!is_set(before, kInit) && is_set(next, kInit)) {
         requests_ = 0;
@@ -206,6 +201,7 @@ void Fdcan::reset() {
     registers_.reset();
     recovered_.cancel();
     looped_.cancel();
+    paused_.cancel();
     fifos_ = {{{kFifo0}, {kFifo1}}};
     events_ = {kEvents};
     requests_ = 0;

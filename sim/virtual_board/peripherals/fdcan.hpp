@@ -57,9 +57,11 @@ public:
     [[nodiscard]] unsigned clock_divider() const;
 
     /// Called when a frame may be ready to send.
-    std::function<void()> on_request;
+    std::function<void()> on_request = [] {};
+    /// Called with each frame of an external loop-back, which other nodes can read.
+    std::function<void(const CanFrame&)> on_loop = [](const CanFrame&) {};
     /// Throws RunFailure if the pins are not configured for the controller.
-    std::function<void()> check_pins;
+    std::function<void()> check_pins = [] {};
 
     std::uint32_t read(std::uint32_t offset) override;
     void reset() override;
@@ -90,7 +92,7 @@ private:
         bool extended = false;
     };
     [[nodiscard]] bool runs() const;
-    /// Internal loop-back: TEST.LBCK with CCCR.MON.
+    /// Loop-back: TEST.LBCK; internal with CCCR.MON, otherwise external.
     [[nodiscard]] bool is_loop() const;
     [[nodiscard]] Accepted filter(const CanFrame& frame) const;
     [[nodiscard]] bool matches(const CanFrame& frame, std::uint32_t type, std::uint32_t a, std::uint32_t b) const;
@@ -120,6 +122,7 @@ private:
     MessageMemory memory_;
     Event recovered_;
     Event looped_;
+    Event paused_;  // two bit times after a frame (CCCR.TXP)
     std::array<Fifo, 2> fifos_;
     Fifo events_;  // of transmissions
     std::uint32_t requests_ = 0;

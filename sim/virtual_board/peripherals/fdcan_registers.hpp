@@ -60,6 +60,7 @@ constexpr unsigned kTestOn = 7;
 constexpr unsigned kLoopBack = 4;  // of TEST
 constexpr unsigned kFdOn = 8;
 constexpr unsigned kSwitchOn = 9;
+constexpr unsigned kPause = 14;  // TXP. PXHD acts on frames of a later protocol, which no node sends here
 constexpr unsigned kCompensation = 23;
 
 // Bits of IR.
@@ -84,7 +85,7 @@ inline std::vector<Register> registers() {
             {kDbtp, 0x00000A33, "DBTP", 0x009F1FFF},
             {kTest, 0, "TEST", 0x90, "TX@5-6"},
             {0x14, 0, "RWD", 0, "WDC@0-7"},
-            {kCccr, 1, "CCCR", 0x3FB, "ASM@2 PXHD@12 EFBI@13 TXP@14 NISO@15"},
+            {kCccr, 1, "CCCR", 0x53FB, "ASM@2 EFBI@13 NISO@15"},
             {kNbtp, 0x06000A03, "NBTP", 0xFFFFFF7F},
             {0x20, 0, "TSCC", 0, "TSS@0-1 TCP@16-19"},
             {0x24, 0, "TSCV", kAllBits},

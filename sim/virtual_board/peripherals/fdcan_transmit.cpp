@@ -54,13 +54,11 @@ void Fdcan::check_timing_of(const CanFrame& frame) const {
 }
 
 std::optional<CanFrame> Fdcan::waiting() const {
-    const int n = is_on() && !is_set(registers_[kCccr], kMonitor) ? next_buffer() : -1;
+    const int n = is_on() && !is_set(registers_[kCccr], kMonitor) && !paused_.is_due() ? next_buffer() : -1;
     if (n < 0) {
         return std::nullopt;
     }
-    if (check_pins) {
-        check_pins();
-    }
+    check_pins();
     const CanFrame frame = frame_in(static_cast<unsigned>(n));
     check_timing_of(frame);
     return frame;
@@ -82,14 +80,12 @@ void Fdcan::request(std::uint32_t buffers) {
         registers_.at(kTxbcf) &= ~(1U << n);
     }
     start_loop();
-    if (on_request) {
-        on_request();
-    }
+    on_request();
 }
 
-/// Internal loop-back: the controller sends to itself, without the bus.
+/// Loop-back: the controller sends to itself, without regard to the bus.
 void Fdcan::start_loop() {
-    const int n = runs() && is_loop() && !looped_.is_due() ? next_buffer() : -1;
+    const int n = runs() && is_loop() && !looped_.is_due() && !paused_.is_due() ? next_buffer() : -1;
     if (n >= 0) {
         sending_ = n;
         looped_.in(frame_time(frame_in(static_cast<unsigned>(n)), nominal_hz(), data_hz()));
@@ -98,8 +94,12 @@ void Fdcan::start_loop() {
 
 void Fdcan::end_loop() {
     if (sending_ >= 0) {
-        accept(frame_in(static_cast<unsigned>(sending_)));
+        const CanFrame frame = frame_in(static_cast<unsigned>(sending_));
+        accept(frame);
         sent(true);
+        if (!is_set(registers_[kCccr], kMonitor)) {
+            on_loop(frame);
+        }
     }
     start_loop();
 }
@@ -144,6 +144,9 @@ void Fdcan::sent(bool acknowledged) {
     registers_.at(kTxbcf) |= std::exchange(cancelling_, 0U);  // sent although cancelled meanwhile: both flags
     interrupts_ |= flag((registers_[kTxbtie] & buffer) != 0, kTransmitted) | flag(requests_ == 0, kQueueEmpty);
     store_event(static_cast<unsigned>(n));
+    if (is_set(registers_[kCccr], kPause)) {
+        paused_.in(ticks(2 / nominal_hz()));
+    }
     last_error_ = 0;
     count_send_error(-1);
 }

@@ -17,6 +17,7 @@ constexpr unsigned kDataCache = 10;
 constexpr unsigned kDualBank = 22;  // DBANK
 
 constexpr unsigned kEndOfOperation = 0;
+constexpr unsigned kOperationError = 1;
 constexpr unsigned kProgramError = 3;
 constexpr unsigned kAlignmentError = 5;
 constexpr unsigned kSequenceError = 7;
@@ -28,7 +29,8 @@ constexpr unsigned kErasePage = 1;
 constexpr unsigned kBank2 = 11;
 constexpr unsigned kEraseBank2 = 15;  // MER2
 constexpr unsigned kStart = 16;
-constexpr unsigned kEndInterrupt = 24;  // EOPIE; without it EOP is not set either
+constexpr unsigned kEndInterrupt = 24;    // EOPIE; without it EOP is not set either
+constexpr unsigned kErrorInterrupt = 25;  // ERRIE; without it OPERR is not set either. RDERRIE: no area is read-protected
 constexpr unsigned kOptionLock = 30;
 constexpr unsigned kLock = 31;
 constexpr int kLine = 4;  // interrupt of the flash
@@ -44,8 +46,7 @@ Flash::Flash(Machine& machine)
            {flash::kKeyr, 0, "KEYR", kAllBits},
            {0x0C, 0, "OPTKEYR", 0, "OPTKEYR@0-31"},
            {flash::kSr, 0, "SR", kAllBits},
-           {flash::kCr, 0xC0000000, "CR", 0xC1018BFB,
-            "MER1@2 OPTSTRT@17 FSTPG@18 ERRIE@25 RDERRIE@26 OBL_LAUNCH@27 SEC_PROT1@28 SEC_PROT2@29"},
+           {flash::kCr, 0xC0000000, "CR", 0xC7018BFB, "MER1@2 OPTSTRT@17 FSTPG@18 OBL_LAUNCH@27 SEC_PROT1@28 SEC_PROT2@29"},
            {flash::kEccr, 0, "ECCR", 0xC0FFFFFF, "ECCCIE@24 ECCC2@28 ECCD2@29"},
            {flash::kOptr, Memory::kUserOptions, "OPTR", 0, "OPTR@0-31"},  // option bytes: factory values, read-only
            {0x24, 0xFFFFFFFF, "PCROP1SR", 0, "PCROP1_STRT@0-14"},
@@ -91,7 +92,10 @@ void Flash::interrupt_operation(std::uint64_t n, std::function<void()> act) {
     on_interrupted_ = std::move(act);
 }
 
-void Flash::error(unsigned bit) { registers_.at(flash::kSr) |= 1U << bit; }
+void Flash::error(unsigned bit) {
+    registers_.at(flash::kSr) |= 1U << bit | flag(is_set(registers_[flash::kCr], flash::kErrorInterrupt), flash::kOperationError);
+    show_interrupt();
+}
 
 void Flash::begin(Operation operation, double duration_s) {
     if (is_set(registers_[kAcr], flash::kDataCache)) {
@@ -106,9 +110,7 @@ void Flash::begin(Operation operation, double duration_s) {
         interrupt_.in(ticks(0.5 * duration_s));
     }
     ++operations_;
-    if (on_operation) {
-        on_operation();
-    }
+    on_operation();
 }
 
 void Flash::finish() {
@@ -125,8 +127,10 @@ void Flash::finish() {
 }
 
 void Flash::show_interrupt() {
-    machine_.nvic.set_level(flash::kLine, is_set(registers_[flash::kSr], flash::kEndOfOperation) &&
-                                              is_set(registers_[flash::kCr], flash::kEndInterrupt));
+    const std::uint32_t sr = registers_[flash::kSr];
+    const std::uint32_t cr = registers_[flash::kCr];
+    machine_.nvic.set_level(flash::kLine, (is_set(sr, flash::kEndOfOperation) && is_set(cr, flash::kEndInterrupt)) ||
+                                              (is_set(sr, flash::kOperationError) && is_set(cr, flash::kErrorInterrupt)));
 }
 
 void Flash::lose_power() {

@@ -40,7 +40,7 @@ public:
     [[nodiscard]] std::uint64_t operations() const { return operations_; }
 
     /// Called when an erase or program operation starts.
-    std::function<void()> on_operation;
+    std::function<void()> on_operation = [] {};
 
     void reset() override;
 

@@ -14,12 +14,12 @@ public:
                               {0x0C, 0, "OPAMP4_CSR", kControl, kOthers},
                               {0x10, 0, "OPAMP5_CSR", kControl, kOthers},
                               {0x14, 0, "OPAMP6_CSR", kControl, kOthers},
-                              {0x18, 0, "OPAMP1_TCMR", 0, kTimed},
-                              {0x1C, 0, "OPAMP2_TCMR", 0, kTimed},
-                              {0x20, 0, "OPAMP3_TCMR", 0, kTimed},
-                              {0x24, 0, "OPAMP4_TCMR", 0, kTimed},
-                              {0x28, 0, "OPAMP5_TCMR", 0, kTimed},
-                              {0x2C, 0, "OPAMP6_TCMR", 0, kTimed}}) {}
+                              {0x18, 0, "OPAMP1_TCMR", kTimedControl, kTimed},
+                              {0x1C, 0, "OPAMP2_TCMR", kTimedControl, kTimed},
+                              {0x20, 0, "OPAMP3_TCMR", kTimedControl, kTimed},
+                              {0x24, 0, "OPAMP4_TCMR", kTimedControl, kTimed},
+                              {0x28, 0, "OPAMP5_TCMR", kTimedControl, kTimed},
+                              {0x2C, 0, "OPAMP6_TCMR", kTimedControl, kTimed}}) {}
 
     /// Signal source of an op-amp.
     enum class Input { pin, dac };  // VINP0; the on-chip DAC of this op-amp
@@ -45,10 +45,18 @@ public:
     }
 
 private:
-    static constexpr std::uint32_t kControl = 0x4007C1ED;
-    static constexpr const char* kOthers =
-        "FORCE_VP@1 USERTRIM@4 CALON@11 CALSEL@12-13 TRIMOFFSETP@19-23 TRIMOFFSETN@24-28 LOCK@31";
-    static constexpr const char* kTimed = "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31";
+    /// LOCK makes a register read-only until the next reset.
+    void apply(std::uint32_t offset, std::uint32_t value) override {
+        if (!is_set(registers_.at(offset), 31)) {
+            registers_.at(offset) = value;
+        }
+    }
+
+    // CALSEL acts with CALON, TRIMOFFSET with USERTRIM, the selections of TCMR with a CM_EN.
+    static constexpr std::uint32_t kControl = 0xDFFFF1ED;
+    static constexpr const char* kOthers = "FORCE_VP@1 USERTRIM@4 CALON@11";
+    static constexpr std::uint32_t kTimedControl = 0x80000007;
+    static constexpr const char* kTimed = "T1CM_EN@3 T8CM_EN@4 T20CM_EN@5";
 };
 
 }  // namespace tricoil::virtual_board

@@ -48,9 +48,7 @@ void Pwr::set_wake_pin(unsigned number, bool high) {
     const bool wanted_edge = high != is_set(registers_[pwr::kCr4], bit);
     if (changes && wanted_edge && is_set(registers_[kCr3], bit)) {
         status_ |= 1U << bit;
-        if (on_wake_pin) {
-            on_wake_pin();
-        }
+        on_wake_pin();
     }
 }
 

@@ -27,7 +27,7 @@ public:
     /// Level of wake-up pin 1 to 5.
     void set_wake_pin(unsigned number, bool high);
     /// Called when a wake-up pin sets its flag.
-    std::function<void()> on_wake_pin;
+    std::function<void()> on_wake_pin = [] {};
     /// Throws RunFailure if the core clock is too fast for the new core voltage; set by the board.
     std::function<void()> check_frequency;
     /// Power-on clears the flags; leaving standby sets SBF.

@@ -10,7 +10,7 @@
 namespace tricoil::virtual_board {
 
 /// Flags of RCC_CSR.
-enum class ResetCause : std::uint8_t { pin = 26, power = 27, software = 28, watchdog = 29, window_watchdog = 30 };
+enum class ResetCause : std::uint8_t { pin = 26, power = 27, software = 28, watchdog = 29 };
 /// Buses of the slower peripherals, with dividers.
 enum class Apb : std::uint8_t { one, two };
 

@@ -38,7 +38,7 @@ std::vector<Register> Timer::list(const TimerParams& params) {
         {timer::kCr1, 0, "CR1", 0x39F, "CMS@5-6 UIFREMAP@11 DITHEN@12"},
         {timer::kCr2, 0, "CR2", params.channels > 0 ? 0x3FF70U : 0x70U,
          "CCPC@0 CCUS@2 CCDS@3 TI1S@7 OIS@8-18 MMS2@20-23 MMS[3]@25"},
-        {0x08, 0, "SMCR", 0, "SMS@0-2 OCCS@3 TS@4-6 MSM@7 ETF@8-11 ETPS@12-13 ECE@14 ETP@15 SMS[3]@16 TS[4:3]@20-21"},
+        {0x08, 0, "SMCR", 0x80, "SMS@0-2 OCCS@3 TS@4-6 ETF@8-11 ETPS@12-13 ECE@14 ETP@15 SMS[3]@16 TS[4:3]@20-21"},
         {timer::kDier, 0, "DIER",
          1U | channels | (params.update_request ? 1U << timer::kUpdateDma : 0U) | (params.compare_request ? channels << 8U : 0U),
          "CC1IE@1 CC2IE@2 CC3IE@3 CC4IE@4 COMIE@5 TIE@6 BIE@7 UDE@8 CC1DE@9 CC2DE@10 CC3DE@11 CC4DE@12 COMDE@13 TDE@14"},

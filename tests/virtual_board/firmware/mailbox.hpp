@@ -35,6 +35,8 @@ enum class Job : std::uint32_t {
     bootloader,
     hints,
     sleep_on_exit,
+    bus_fault,
+    usage_fault,
 };
 
 struct Mailbox {

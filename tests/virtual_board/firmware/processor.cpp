@@ -16,6 +16,7 @@ constexpr Word kSetPending = 0xE000E200;
 constexpr Word kPriorities = 0xE000E400;
 constexpr Word kIcsr = 0xE000ED04;
 constexpr Word kAircr = 0xE000ED0C;
+constexpr Word kShcsr = 0xE000ED24;
 constexpr Word kCpacr = 0xE000ED88;
 constexpr Word kFpccr = 0xE000EF34;
 constexpr Word kFpcar = 0xE000EF38;
@@ -98,6 +99,7 @@ void svc_handler() { note(100 + active_exception()); }
         asm volatile("wfi");
     }
 }
+// Of every fault exception.
 [[gnu::naked]] void hard_fault_handler() { asm volatile("mrs r0, msp\n ldr r1, =stack_top\n msr msp, r1\n b note_fault"); }
 void sys_tick_handler() { note(100 + active_exception()); }
 void overflow_handler() {
@@ -222,6 +224,14 @@ void run() {
         case Job::write_flash:
             at(0x08001000) = 1;
             break;
+        case Job::bus_fault:
+            at(kShcsr) = 7U << 16U;
+            note(at(0x30000000));
+            break;
+        case Job::usage_fault:
+            at(kShcsr) = 7U << 16U;
+            asm volatile(".short 0xDE00");
+            break;
         case Job::undefined:
             asm volatile(".short 0xDE00");
             break;
@@ -287,9 +297,9 @@ using Handler = void (*)();
     reset_handler,
     nullptr,
     hard_fault_handler,
-    nullptr,
-    nullptr,
-    nullptr,
+    hard_fault_handler,
+    hard_fault_handler,
+    hard_fault_handler,
     nullptr,
     nullptr,
     nullptr,

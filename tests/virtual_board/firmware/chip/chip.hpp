@@ -48,6 +48,13 @@ void timers();
 void stop();
 void standby();
 void units();
+void dac_software();
+void flash_error();
+void bit_band();
+void code_in_ram();
+void units_off();
+void divide_by_zero();
+void read_unaligned();
 
 // Interrupts that need more than an acknowledgement.
 void on_lpuart();

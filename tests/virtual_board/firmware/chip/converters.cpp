@@ -60,6 +60,23 @@ void adc_sequence() {
     note(at(kAdc1) >> 4U & 1U);  // no overrun after the last transfer
 }
 
+/// DAC1, channel 1, software trigger: the vendor's driver also writes the trigger of the sawtooth, which is off.
+void dac_software() {
+    constexpr Word kDac = 0x50000800;
+    set(kAhb2, 1U << 16U);
+    clear(kDac, 1U << 14U);
+    at(kDac + 0x3C) = 0;
+    modify(kDac, 0x3EU, 1U << 1U);
+    clear(kDac, 3U << 6U);
+    modify(kDac + 0x60, 0xF0FU, 7U | 3U << 8U);  // STMODR
+    set(kDac, 1);
+    at(kDac + 0x08) = 1234;
+    note(at(kDac + 0x2C));
+    set(kDac + 0x04, 1);
+    note(at(kDac + 0x2C));
+    note(at(kDac + 0x60));
+}
+
 namespace {
 
 volatile Word updates;

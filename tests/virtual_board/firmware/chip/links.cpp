@@ -72,6 +72,7 @@ namespace {
 constexpr Word can(Word n) { return 0x40006400 + 0x400 * n; }
 constexpr Word can_memory(Word n) { return 0x4000A400 + 0x350 * n; }
 
+/// monitor: with the test LBCK the loop-back is internal, otherwise external.
 void set_up_can(Word n, Word test, Word monitor, Word queue) {
     set(kApb1, 1U << 25U);
     modify(kCcipr, 3U << 24U, 2U << 24U);
@@ -79,6 +80,8 @@ void set_up_can(Word n, Word test, Word monitor, Word queue) {
     set(can(n) + 0x18, 1);
     wait_for(can(n) + 0x18, 1, 1);
     set(can(n) + 0x18, 2);
+    set(can(n) + 0x18, 1U << 14U);  // TXP
+    set(can(n) + 0x18, 1U << 12U);  // PXHD: no protocol exceptions
     if (test != 0) {
         set(can(n) + 0x18, 1U << 7U | monitor << 5U);
         at(can(n) + 0x10) = test;
@@ -123,7 +126,7 @@ void can_queue() {
 
 void can_loop() {
     for (Word n = 0; n < 3; ++n) {
-        set_up_can(n, 1U << 4U, 1, 0);
+        set_up_can(n, 1U << 4U, n == 2 ? 0 : 1, 0);                         // FDCAN3: external
         at(can_memory(n)) = 2U << 30U | 5U << 27U | 0x123U << 16U | 0x7FF;  // priority, FIFO 0
         at(can(n) + 0x80) = 1U << 16U | 2U << 4U | 2U << 2U;
         clear(can(n) + 0x18, 1);

@@ -95,15 +95,98 @@ void units() {
         byte_at(0x40023000) = static_cast<std::uint8_t>(*text);
     }
     note(~at(0x40023000));
-    set(kRcc + 0x98, 1);
-    wait_for(kRcc + 0x98, 2, 2);
-    set(kAhb2, 1U << 26U);
-    set(0x50060800, 4);
-    wait_for(0x50060804, 1, 1);
-    const Word first = at(0x50060808);
-    wait_for(0x50060804, 1, 1);
-    note(first != at(0x50060808) ? 1 : 0);
     note(at(0xE0042000) & 0xFFF);
+}
+
+/// A wrong order of programming, with the error interrupt of the vendor's driver.
+void flash_error() {
+    at(kFlash + 0x08) = 0x45670123;
+    at(kFlash + 0x08) = 0xCDEF89AB;
+    enable_interrupt(4);
+    at(kFlash + 0x14) = 1U << 24U | 1U << 25U;  // EOPIE, ERRIE
+    set(kFlash + 0x14, 1);
+    at(0x08040004) = 1;  // not a multiple of eight
+    note(at(kFlash + 0x10));
+    note(ticks);
+}
+
+namespace {
+
+constexpr Word kRamBits = 0x22000000;
+constexpr Word kPeripheralBits = 0x42000000;
+
+/// Word of the bit-band that stands for one bit.
+volatile Word& bit_of(Word base, Word offset, Word bit) { return at(base + 32 * offset + 4 * bit); }
+
+}  // namespace
+
+void bit_band() {
+    static volatile Word word;
+    word = 0x100;
+    const Word offset = reinterpret_cast<Word>(&word) - 0x20000000;
+    bit_of(kRamBits, offset, 31) = 1;
+    bit_of(kRamBits, offset, 8) = 0xFE;  // only bit 0 counts
+    note(word);
+    note(bit_of(kRamBits, offset, 31));
+    set(kAhb1, 1U << 12U);
+    bit_of(kPeripheralBits, 0x23008, 7) = 1;  // CRC_CR.REV_OUT
+    note(at(0x40023008));
+    note(bit_of(kPeripheralBits, 0x23008, 7));
+}
+
+/// Copies a function to RAM and runs it, then overwrites it with another one.
+void code_in_ram() {
+    alignas(4) static volatile std::uint16_t code[2];
+    const auto run = reinterpret_cast<Word (*)()>(reinterpret_cast<Word>(code) | 1U);
+    for (Word value = 5; value < 8; value += 2) {
+        code[0] = static_cast<std::uint16_t>(0x2000U | value);  // movs r0, #value
+        code[1] = 0x4770;                                       // bx lr
+        fence();
+        note(run());
+    }
+}
+
+/// Settings whose unit is off, from the vendor's drivers.
+void units_off() {
+    set(kPwr + 0x80, 1U << 8U);  // the clock of PWR is off: ignored
+    note(at(kPwr + 0x80));
+    set(kRcc + 0x58, 1U << 28U);
+    note(at(kPwr + 0x80));
+    set(kApb2, 1);               // SYSCFG, EXTI, OPAMP
+    set(0x40010400, 1U << 18U);  // EXTI: USB wake-up
+    note(at(0x40010400) >> 18U & 1U);
+    set(0xE000ED24, 7U << 16U);  // SHCSR: all faults have their own exceptions
+    note(at(0xE000ED24) >> 16U);
+    if ((at(0xE0000E80) & 1U) != 0) {  // ITM_TCR.ITMENA
+        note(1);
+    }
+    at(0x40010300) = 1U << 31U | 3U << 5U;  // OPAMP1: follower, LOCK
+    at(0x40010300) = 0;
+    note(at(0x40010300));
+}
+
+void divide_by_zero() {
+    Word quotient = 1;
+    asm volatile("udiv %0, %1, %2" : "=r"(quotient) : "r"(7U), "r"(0U));
+    note(quotient);
+    set(0xE000ED14, 1U << 4U);
+    fence();
+    asm volatile("udiv %0, %1, %2" : "=r"(quotient) : "r"(8U), "r"(2U));
+    note(quotient);
+    asm volatile("udiv %0, %1, %2" : "=r"(quotient) : "r"(7U), "r"(0U));
+    note(quotient);
+}
+
+void read_unaligned() {
+    static volatile Word words[2];
+    const Word address = reinterpret_cast<Word>(words) + 1;
+    Word value = 1;
+    asm volatile("ldr %0, [%1]" : "=r"(value) : "r"(address));
+    note(value);
+    set(0xE000ED14, 1U << 3U);
+    fence();
+    asm volatile("ldr %0, [%1]" : "=r"(value) : "r"(address));
+    note(value);
 }
 
 }  // namespace tricoil::test
