@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 
 #include "board/pose_text/expected_error.hpp"
 #include "board/pose_text/pose_fields.hpp"
@@ -13,6 +14,7 @@ struct ServedPose {
     tracking::PoseEstimate<double> pose;
     UtcTime utc;                                                         // pose time
     double expected_error_m = std::numeric_limits<double>::quiet_NaN();  // see ExpectedError
+    std::optional<TruePose> truth = std::nullopt;                        // of a simulation, in the source frame
 };
 
 /// The fields of all text forms, then utc_s (pose time, seconds since 1970) and expected_error_mm, with line feed.

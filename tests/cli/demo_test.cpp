@@ -37,8 +37,9 @@ TEST(Demo, RunsByItselfAndItsResultsAgreeWithItsTexts) {
     EXPECT_EQ(lines[1]["poses_invalid"], 0);
 }
 
-TEST(Demo, AKeyLeadsToTheNextStepAndQEnds) {
-    const auto result = tricoil_on_terminal("demo --no-browser", 100, ":", {{"1 of 5", " "}, {"2 of 5", "n"}, {"3 of 5", "q"}});
+TEST(Demo, EnterLeadsToTheNextStepAndQEnds) {
+    const auto result =
+        tricoil_on_terminal("demo --no-browser", 100, ":", {{"1 of 5", "\n"}, {"2 of 5", "n\n"}, {"3 of 5", "q\n"}});
     EXPECT_EQ(result.exit_code, 0) << result.out;
     EXPECT_THAT(result.out, HasSubstr("live page: http://127.0.0.1:"));
     EXPECT_THAT(result.out, HasSubstr("3 of 5"));

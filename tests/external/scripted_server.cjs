@@ -12,6 +12,7 @@ const hello = {
     'sensor', 'time_us', 'utc_ms', 'flags', 'state', 'x', 'y', 'z', 'qw', 'qx', 'qy', 'qz', 'cxx', 'cxy', 'cxz', 'cyy', 'cyz', 'czz', 'error_mm',
     'expected_mm', 'distortion_mm', 'snr_db'
   ],
+  truth_frame: 'source',
   states: ['searching', 'tracking', 'lost'],
   flag_names: kFlags,
   invalidating: bits(kFlags.filter(name => !kWarnings.includes(name))),
@@ -33,16 +34,19 @@ const running = {
   controls: 'open',
   pages: 1,
   health: healthy,
-  confined_to: []
+  confined_to: [],
+  tour: null
 };
 
 /// The expected error of a sensor whose poses all have this covariance.
 const deviation_mm = c => c[0] === null ? null : 1000 * Math.sqrt(c[0] + c[3] + c[5]);
 
-/// Pose in compact form; t in ms. flags: names. covariance: 0.1 mm along x and 0.2 mm along y and z, by default.
+/// Pose in compact form; t in ms. truth: position and quaternion of a simulation; undefined: none. flags: names. covariance: 0.1 mm along x and 0.2 mm along y and z, by default.
 function sample(
-    sensor, t, p, {flags = [], q = [1, 0, 0, 0], covariance = [1e-8, 0, 0, 4e-8, 0, 4e-8], error = 0.2, distortion = 0.1, snr = 60, state = 1} = {}) {
-  return [sensor, Math.round(1000 * t), t, bits(flags), state, ...p, ...q, ...covariance, error, deviation_mm(covariance), distortion, snr];
+    sensor, t, p,
+    {flags = [], q = [1, 0, 0, 0], covariance = [1e-8, 0, 0, 4e-8, 0, 4e-8], error = 0.2, distortion = 0.1, snr = 60, state = 1, truth} = {}) {
+  const pose = [sensor, Math.round(1000 * t), t, bits(flags), state, ...p, ...q, ...covariance, error, deviation_mm(covariance), distortion, snr];
+  return truth === undefined ? pose : [...pose, truth];
 }
 
 /// A server whose events are sent by send(samples, status). asked: bodies of control requests. recordings: name to text, or {status, answer}.

@@ -5,7 +5,7 @@ const fs = require('fs');
 const http = require('http');
 const os = require('os');
 const path = require('path');
-const parts = ['page_states', 'page_plots', 'page_work', 'page_trouble'].map(name => require(`./${name}.cjs`));
+const parts = ['page_states', 'page_tour', 'page_plots', 'page_work', 'page_trouble'].map(name => require(`./${name}.cjs`));
 const [modules, program, pictures] = process.argv.slice(2);
 const {chromium} = require(path.join(modules, 'node_modules', 'playwright-core'));
 
@@ -212,7 +212,7 @@ async function main() {
     check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page fits the screen of a phone');
     if (pictures) await phone.screenshot({path: path.join(pictures, 'phone.png')});
     for (const open of [page, phone]) await open.close();  // their drawing would slow down the others
-    for (const part of parts) await part(browser, html, check, pictures);
+    for (const part of parts) await part(browser, html, check, pictures, program);
     await withoutWebGl(server.url);
   } finally {
     await browser.close();

@@ -73,6 +73,27 @@ TEST(PoseEvent, NumbersThatAreUnknownAreNull) {
     }
 }
 
+TEST(PoseEvent, EndsAPoseOfASimulationWithItsTruth) {
+    auto known = pose_at(0, 0.5);
+    known.truth = {{0.501, -0.25, 0.125}, {0.6, 0, 0.8, 0}};
+    auto broken = pose_at(4167, 0.5);
+    broken.truth = {{std::nan(""), 0, 0}, {1, 0, 0, 0}};
+    const auto event = event_of({known, broken, pose_at(8333, 0.5)});
+    EXPECT_EQ(event["poses"][0].size(), kCompactColumns.size() + 1);
+    EXPECT_EQ(event["poses"][0].back(), nlohmann::json({0.501, -0.25, 0.125, 0.6, 0.0, 0.8, 0.0}));
+    EXPECT_TRUE(event["poses"][1].back()[0].is_null());
+    EXPECT_EQ(event["poses"][2].size(), kCompactColumns.size());
+    EXPECT_TRUE(event["status"]["tour"].is_null());
+}
+
+TEST(PoseEvent, SaysWhereTheTourIs) {
+    host::web::PageStatus status;
+    status.tour = {2, false};
+    const std::string text = host::web::pose_event({}, status, nullptr);
+    const auto tour = nlohmann::json::parse(text.substr(6))["status"]["tour"];
+    EXPECT_EQ(tour, nlohmann::json({{"step", 2}, {"compensated", false}}));
+}
+
 TEST(PoseEvent, BeginsWithTheNamesThatAPageNeeds) {
     const auto hello =
         host::web::greeting({{"kind", "device"}, {"device", "can:can0"}, {"calibration_file", "/home/me/cal.toml"}});
@@ -80,6 +101,7 @@ TEST(PoseEvent, BeginsWithTheNamesThatAPageNeeds) {
     EXPECT_EQ(event["hello"]["flag_names"][3], "distorted");
     EXPECT_EQ(event["hello"]["invalidating"].get<unsigned>() & 8U, 0U);
     EXPECT_EQ(event["hello"]["states"][1], "tracking");
+    EXPECT_EQ(event["hello"]["truth_frame"], "source");
     EXPECT_EQ(event["hello"]["columns"].size(), kCompactColumns.size());
     EXPECT_EQ(event["hello"]["source"], nlohmann::json({{"kind", "device"}, {"device", "can:can0"}}));
 }

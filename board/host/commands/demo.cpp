@@ -2,9 +2,10 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
-#include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <functional>
@@ -28,10 +29,11 @@ namespace tricoil::host {
 namespace {
 
 constexpr double kStepWithoutKeys_s = 6;
+constexpr double kStepOfPage_s = 600;  // after a page has led
 
 struct DemoCommand {
     std::string web = "0";
-    double step_s = 0;  // 0: until a key is pressed
+    double step_s = 0;  // 0: until a line is typed
     bool no_browser = false;
     bool json = false;
     std::string program;
@@ -55,135 +57,119 @@ void open_browser(const std::string& url) {
     ::posix_spawn_file_actions_destroy(&quiet);
 }
 
-/// Single keys from a terminal, without Enter. While an object exists, standard input delivers each key at once, without echo.
-/// Nothing changes if it is not a terminal.
-class KeyPress {
-public:
-    KeyPress() {
-        termios settings{};
-        if (::isatty(STDIN_FILENO) == 1 && ::tcgetattr(STDIN_FILENO, &settings) == 0) {
-            before_ = settings;
-            settings.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // Ctrl-C stays a signal
-            (void)::tcsetattr(STDIN_FILENO, TCSANOW, &settings);
-        }
-    }
-    ~KeyPress() {
-        if (before_) {
-            (void)::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
-        }
-    }
-    KeyPress(const KeyPress&) = delete;
-    KeyPress& operator=(const KeyPress&) = delete;
-
-    /// False if standard input is not a terminal: then keys cannot be read.
-    [[nodiscard]] bool possible() const { return before_.has_value(); }
-
-    /// A key that was pressed since the last call, if any. Does not wait.
-    std::optional<char> take() {
-        std::optional<char> key;
-        pollfd input{STDIN_FILENO, POLLIN, 0};
-        while (before_ && ::poll(&input, 1, 0) == 1) {  // an arrow key sends several bytes: they count as one key
-            char byte = 0;
-            if (::read(STDIN_FILENO, &byte, 1) != 1) {
-                break;
-            }
-            key = key.value_or(byte);
-        }
-        return key;
-    }
-
-private:
-    std::optional<termios> before_;
-};
-
-struct TourStep {
-    std::string name;
-    std::string shows;  // one or two sentences
-    RunOptions run;
-};
+/// First character of a line that was typed since the last call; none without a terminal. Does not wait.
+std::optional<char> typed_line() {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    std::array<char, 256> line{};
+    const bool has_line = ::isatty(STDIN_FILENO) == 1 && ::poll(&input, 1, 0) == 1;
+    return has_line && ::read(STDIN_FILENO, line.data(), line.size()) > 0 ? std::optional(line[0]) : std::nullopt;
+}
 
 constexpr double kUntilAKey_s = 1e9;
 
-RunOptions tour_options(const std::string& scenario, const std::string& tracker) {
+/// The tour with a simulated sensor, in order. compensated: at first; pages can switch it.
+Json tour_steps() {
+    const auto step = [](const char* name, const char* shows, const char* scenario, bool compensated = true,
+                         const std::vector<std::string>& faults = {}) {
+        return Json{{"name", name}, {"shows", shows}, {"scenario", scenario}, {"compensated", compensated}, {"faults", faults}};
+    };
+    return {
+        step("a hand", "A hand moves the sensor: the ghost is its true pose, the arrow the error of the estimate, enlarged.",
+             "hand"),
+        step("motion error",
+             "The coils are measured in turn; if three measurements of different times are taken as simultaneous, motion causes "
+             "an error of some millimetres.",
+             "circle", false),
+        step("motion compensation",
+             "The same circle: the filter uses each measurement at its own time, and the motion error is gone.", "circle"),
+        step("metal", "An aluminium sphere of 16 cm beside the hand bends the field; poses with a significant error are flagged.",
+             "hand", true, {"metal:0.6,0.35,0,0.08"}),
+        step("unplugged sensor",
+             "After 2 s the sensor is unplugged, and its poses become invalid; after 5 s it is plugged in again, and tracking "
+             "resumes.",
+             "hand", true, {"unplugged@2-5"}),
+    };
+}
+
+RunOptions run_options(const Json& step, bool compensated) {
     RunOptions options;
-    options.scenario = scenario;
+    options.scenario = step["scenario"].get<std::string>();
     options.multiplexing = "tdm";
-    options.tracker = tracker;
+    options.tracker = compensated ? "scaat" : "direct";
+    options.no_deskew = !compensated;
+    options.faults = step["faults"].get<std::vector<std::string>>();
     options.duration_s = kUntilAKey_s;
     options.realtime = true;
     options.confined = true;  // the sensor stays on its side, also after it was unplugged
     return options;
 }
 
-RunOptions without_deskew(RunOptions options) {
-    options.no_deskew = true;
-    return options;
-}
+/// Passes the settings of a run to the hub, which gets the poses with their truth.
+class SettingsTap final : public tracking::TrackerTap<double> {
+public:
+    explicit SettingsTap(PoseHub& hub) : hub_(hub) {}
 
-RunOptions with_fault(RunOptions options, const std::string& fault) {
-    options.faults = {fault};
-    return options;
-}
+private:
+    void do_begin(const Settings& settings) override { hub_.begin(settings); }
 
-/// The scripted tour with a simulated sensor, in order: hand, motion without and with the filter, metal, unplugged sensor.
-std::vector<TourStep> tour_steps() {
-    return {
-        {"a hand",
-         "A sensor on a moving hand, 0.6 m from the source. The page shows its path, position, speed and predicted error.",
-         tour_options("hand", "scaat")},
-        {"motion, without the filter",
-         "The sensor moves in a circle. The source coils carry current in turn, and three columns of different times are taken "
-         "as simultaneous: the position error is some millimetres.",
-         without_deskew(tour_options("circle", "direct"))},
-        {"motion, with the filter", "The same circle. The filter uses each column at its own time: the motion error is gone.",
-         tour_options("circle", "scaat")},
-        {"metal",
-         "An aluminium sphere of 16 cm beside the hand bends the field. Poses with a significant error are flagged as distorted.",
-         tour_options("metal", "scaat")},
-        {"unplugged sensor",
-         "After 2 s the sensor is unplugged, and its poses become invalid. After 5 s it is plugged in again, and tracking "
-         "resumes.",
-         with_fault(tour_options("hand", "scaat"), "unplugged@2-5")},
-    };
-}
+    PoseHub& hub_;
+};
 
-/// Runs a step in real time until `is_over`. The poses go to `tap`. Returns their errors against the true motion.
-ScoreSummary run_step(const TourStep& step, tracking::TrackerTap<double>& tap, const std::function<bool()>& is_over,
-                      const std::function<void(const LinkHealth&)>& each_health) {
+/// Runs a step in real time until `is_over`. Returns the errors of its poses against the true motion.
+ScoreSummary run_step(const RunOptions& options, PoseHub& hub, const TrackerControl& control,
+                      const std::function<bool()>& is_over) {
     const BorrowedInterrupt end_of_step(is_over);
+    SettingsTap tap(hub);
     RunObservers observers;
     observers.tap = &tap;
-    observers.loop.each_health = each_health;
-    return run_simulated(step.run, observers).score;
+    observers.each_pose = [&hub](const auto& estimate, const PoseError& error) {
+        hub.pose_with_truth(estimate, {error.truth.position_m, error.truth.q_source_sensor});
+    };
+    observers.loop.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };
+    observers.loop.is_paused = [&control] { return !control.running(); };
+    return run_simulated(options, observers).score;
 }
 
 /// End of a step, and end of the tour.
 class TourPace {
 public:
-    TourPace(const InterruptGuard& guard, KeyPress& keys, double step_s) : guard_(guard), keys_(keys), step_s_(step_s) {}
+    /// step_s: 0: until a line is typed or a page asks.
+    TourPace(const InterruptGuard& guard, web::Tour& tour, double step_s) : guard_(guard), tour_(tour), step_s_(step_s) {}
 
     void begin_step() { began_ = std::chrono::steady_clock::now(); }
 
     bool is_step_over() {
-        const auto key = keys_.take();
+        const auto key = typed_line();
         left_ = left_ || guard_.interrupted() || key == 'q';
         const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - began_;
-        return left_ || key.has_value() || (step_s_ > 0 && elapsed.count() > step_s_);
+        return left_ || key.has_value() || tour_.asked.load().step >= 0 || (step_s_ > 0 && elapsed.count() > step_s_);
     }
 
-    /// The user ended the tour.
+    /// What a page asked for, which then sets the pace; otherwise the next step.
+    web::TourPlace next(const Json& steps) {
+        const web::TourPlace asked = tour_.asked.exchange({});
+        if (asked.step >= 0) {
+            step_s_ = step_s_ > 0 ? std::max(step_s_, kStepOfPage_s) : 0;
+            return asked;
+        }
+        const auto next = static_cast<std::size_t>(tour_.now.load().step) + 1;
+        left_ = left_ || next >= steps.size();
+        return {static_cast<int>(next), left_ || steps[next]["compensated"].get<bool>()};
+    }
+
+    /// The user ended the tour, or it is over.
     [[nodiscard]] bool left() const { return left_; }
 
 private:
     const InterruptGuard& guard_;
-    KeyPress& keys_;
+    web::Tour& tour_;
     double step_s_;
     std::chrono::steady_clock::time_point began_;
     bool left_ = false;
 };
 
-Json step_result(const TourStep& step, const ScoreSummary& score) {
-    return {{"step", step.name},
+Json step_result(const Json& step, const ScoreSummary& score) {
+    return {{"step", step["name"]},
             {"position_rms_m", score.scored == 0 ? Json(nullptr) : Json(score.position_m.rms)},
             {"poses_scored", score.scored},
             {"poses_invalid", score.invalid},
@@ -205,34 +191,35 @@ void print_now(const std::string& text) {
 
 int run_tour(const DemoCommand& command) {
     const InterruptGuard guard;
-    TrackerControl control;
-    RecordingSwitch recordings("", {});
+    TrackerControl control("the tour sets the hemisphere");
+    const Json steps = tour_steps();
+    RecordingSwitch recordings("", {{"kind", "simulation"}, {"tour", steps}});
+    web::Tour tour;
     Server server;
     PoseHub& hub = server.hub();
-    web::Output page = web::make_output(parse_tcp_address("--web", command.web), {Controls::none, "", {}}, hub, control,
-                                        recordings, server.button());
+    web::Output page = web::make_output(parse_tcp_address("--web", command.web), {Controls::open, "", {}}, hub, control,
+                                        recordings, server.button(), &tour);
     server.add(std::move(page.service));
     server.start();
-    KeyPress keys;
-    const double step_s = command.step_s > 0 || keys.possible() ? command.step_s : kStepWithoutKeys_s;
+    const double step_s = command.step_s > 0 || ::isatty(STDIN_FILENO) == 1 ? command.step_s : kStepWithoutKeys_s;
     print_now(command.json ? Json{{"web", page.url}}.dump() + "\n"
-                           : fmt::format("live page: {}\n{}\n", page.url,
-                                         step_s > 0 ? fmt::format("{} s for each step; Ctrl-C ends the tour", step_s)
-                                                    : "any key: next step; q: end"));
-    if (!command.no_browser && keys.possible()) {
+                           : fmt::format("live page: {}\nits buttons lead the tour; {}\n", page.url,
+                                         step_s > 0 ? fmt::format("without them {} s for each step; Ctrl-C ends it", step_s)
+                                                    : "here Enter: next step; q and Enter: end"));
+    if (!command.no_browser && !command.json) {
         open_browser(page.url);
     }
-    TourPace pacer(guard, keys, step_s);
-    const auto steps = tour_steps();
-    for (std::size_t n = 0; n < steps.size() && !pacer.left(); ++n) {
+    TourPace pacer(guard, tour, step_s);
+    for (web::TourPlace place = pacer.next(steps); !pacer.left(); place = pacer.next(steps)) {
+        const Json& step = steps[static_cast<std::size_t>(place.step)];
+        tour.now = place;
         if (!command.json) {
-            print_now(fmt::format("\n{} of {}: {}\n   {}\n", n + 1, steps.size(), steps[n].name,
-                                  wrapped(steps[n].shows, 3, terminal_width(stdout))));
+            print_now(fmt::format("\n{} of {}: {}\n   {}\n", place.step + 1, steps.size(), step["name"].get<std::string>(),
+                                  wrapped(step["shows"], 3, terminal_width(stdout))));
         }
         pacer.begin_step();
-        const ScoreSummary score = run_step(
-            steps[n], hub, [&] { return pacer.is_step_over(); }, [&](const LinkHealth& health) { hub.set_health(health); });
-        const Json result = step_result(steps[n], score);
+        const Json result =
+            step_result(step, run_step(run_options(step, place.compensated), hub, control, [&] { return pacer.is_step_over(); }));
         print_now(command.json ? result.dump() + "\n" : step_text(result));
     }
     server.stop();
@@ -251,10 +238,11 @@ void add_demo_command(CLI::App* sub, Action& action) {
         ->check(refuse_empty)
         ->capture_default_str();
     seconds(sub->add_option("--step", command->step_s,
-                            "Duration of a step; default: until a key is pressed, or 6 s without a terminal"));
+                            "Duration of a step; default: until Enter is pressed, or 6 s without a terminal"));
     sub->add_flag("--no-browser", command->no_browser, "Do not open a browser");
     sub->add_flag("--json", command->json, "Address and result of each step as lines of JSON");
-    set_examples(sub, {{"a key for each step", "tricoil demo"}, {"by itself, 10 s for each step", "tricoil demo --step 10"}});
+    set_examples(
+        sub, {{"led by the buttons of the page", "tricoil demo"}, {"by itself, 10 s for each step", "tricoil demo --step 10"}});
     sub->callback([command, &action] { action = [command] { return run_tour(*command); }; });
 }
 

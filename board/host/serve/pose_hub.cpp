@@ -70,7 +70,7 @@ void PoseHub::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
     }
 }
 
-void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
+void PoseHub::add(const tracking::PoseEstimate<double>& estimate, const std::optional<TruePose>& truth) {
     {
         const std::lock_guard lock(mutex_);
         sensors_ = std::max(sensors_, estimate.sensor + 1);
@@ -78,6 +78,7 @@ void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
         served.pose = estimate;
         served.utc = utc_.at(estimate.time);
         served.expected_error_m = expected_.after(estimate);
+        served.truth = truth;
         ++count_;
         if (estimate.sensor < newest_.size()) {
             newest_[estimate.sensor] = served;

@@ -65,6 +65,9 @@ public:
     /// Newest pose of each sensor, flagged stale if it is older than SilenceWatch::kLimit. For clients that connect later.
     [[nodiscard]] std::vector<ServedPose> newest() const;
 
+    /// pose() of a simulated sensor, with its true pose in the source frame.
+    void pose_with_truth(const tracking::PoseEstimate<double>& estimate, const TruePose& truth) { add(estimate, truth); }
+
     /// Newest health of the measurement and its link.
     void set_health(const LinkHealth& health);
     [[nodiscard]] LinkHealth health() const;
@@ -79,7 +82,8 @@ public:
 private:
     void do_begin(const Settings& settings) override;
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
-    void do_pose(const tracking::PoseEstimate<double>& estimate) override;
+    void do_pose(const tracking::PoseEstimate<double>& estimate) override { add(estimate, std::nullopt); }
+    void add(const tracking::PoseEstimate<double>& estimate, const std::optional<TruePose>& truth);
 
     mutable std::mutex mutex_;
     std::vector<ServedPose> ring_;

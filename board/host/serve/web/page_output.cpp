@@ -63,6 +63,7 @@ struct ServedPage {
     TrackerControl& control;
     RecordingSwitch& recordings;
     StylusButton& button;
+    Tour* tour;
     int port = 0;
     ConnectionTable streams{"--web"};
 };
@@ -88,6 +89,12 @@ std::string execute_request(const std::string& text, ServedPage& page) {
     if (request.contains("button") && request["button"] == "click") {
         page.button.click();
         return "button clicked";
+    }
+    if (page.tour != nullptr && request.contains("step") && request.contains("compensated") &&
+        request["step"].is_number_unsigned() && request["step"] < page.recordings.source()["tour"].size() &&
+        request["compensated"].is_boolean()) {
+        page.tour->asked = {request["step"].get<int>(), request["compensated"].get<bool>()};
+        return "the tour goes on";
     }
     if (request.contains("hemisphere") && request["hemisphere"].is_array() && request["hemisphere"].size() == 3) {
         Vec3<double> towards;
@@ -133,7 +140,8 @@ public:
         health.counts.dropped += cursor_.missed;  // by this page
         const std::string event = pose_event(poses_,
                                              {page_.control.running(), page_.recordings.status(), to_text(page_.access.controls),
-                                              static_cast<int>(page_.streams.size()), utc_now(), health, page_.hub.confinement()},
+                                              static_cast<int>(page_.streams.size()), utc_now(), health, page_.hub.confinement(),
+                                              page_.tour != nullptr ? page_.tour->now.load() : TourPlace{}},
                                              hello_);
         hello_ = nullptr;
         return event;
@@ -323,8 +331,8 @@ bool is_own_name(const std::string& host, const TcpAddress& address, int port, c
 }
 
 Output make_output(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control,
-                   RecordingSwitch& recordings, StylusButton& button) {
-    const std::shared_ptr<ServedPage> page(new ServedPage{address, std::move(access), hub, control, recordings, button});
+                   RecordingSwitch& recordings, StylusButton& button, Tour* tour) {
+    const std::shared_ptr<ServedPage> page(new ServedPage{address, std::move(access), hub, control, recordings, button, tour});
     auto service = std::make_unique<TcpService<PageSession>>(
         "--web", address, [page](Stream& stream) { return std::make_unique<PageSession>(stream, *page); },
         StreamLimits{std::chrono::hours(24), 0, kShare}, kReplaceable);

@@ -11,6 +11,7 @@
 #include "board/host/serve/service.hpp"
 #include "board/host/serve/stylus_button.hpp"
 #include "board/host/serve/tracker_control.hpp"
+#include "board/host/serve/web/tour.hpp"
 #include "board/support/tcp_listener.hpp"
 
 namespace tricoil::host::web {
@@ -21,9 +22,9 @@ struct Output {
     std::string control_url;  // with the token after the #, which browsers do not send to servers; without a token: url
 };
 
-/// The referenced objects must outlive the service. Throws the errors of TcpListener, naming --web.
+/// tour: may be null. The referenced objects must outlive the service. Throws the errors of TcpListener, naming --web.
 Output make_output(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control,
-                   RecordingSwitch& recordings, StylusButton& button);
+                   RecordingSwitch& recordings, StylusButton& button, Tour* tour = nullptr);
 
 /// host: Host field of a request. Accepted are loopback names, the listening address or name, the allowed names and, if the
 /// server listens on all addresses, any numeric address. Other names are refused, because a hostile page can use a name that

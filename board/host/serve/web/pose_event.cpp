@@ -30,12 +30,13 @@ Json json_of(const PageStatus& status) {
             {"pages", status.pages},
             {"now_ms", 1e-3 * static_cast<double>(to_us(status.now))},
             {"health", health_json(status.health)},
-            {"confined_to", confined_to}};
+            {"confined_to", confined_to},
+            {"tour", status.tour.step < 0 ? Json() : Json{{"step", status.tour.step}, {"compensated", status.tour.compensated}}}};
 }
 
-/// Appends a comma and the number; null if there is none.
+/// Appends a comma, unless an array begins here, and the number; null if there is none.
 void put_number(std::string& out, fmt::format_string<double&> form, double value) {
-    out += ',';
+    out += out.back() == '[' ? "" : ",";
     if (std::isfinite(value)) {
         fmt::format_to(std::back_inserter(out), form, value);
     } else {
@@ -43,36 +44,45 @@ void put_number(std::string& out, fmt::format_string<double&> form, double value
     }
 }
 
+void put_pose(std::string& out, const TruePose& pose) {
+    const auto& [p, q] = pose;
+    for (const double part : {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
+        put_number(out, "{:.7f}", part);
+    }
+}
+
 }  // namespace
 
 void put_compact(const ServedPose& served, std::string& out) {
     const auto& e = served.pose;
-    const auto& p = e.position_m;
-    const auto& q = e.q_source_sensor;
     const auto& c = e.covariance;
     fmt::format_to(std::back_inserter(out), "[{},{},{:.3f},{},{}", e.sensor, to_us(e.time),
                    1e-3 * static_cast<double>(to_us(served.utc)), e.flags.bits(), static_cast<int>(e.state));
-    for (const double part : {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
-        put_number(out, "{:.7f}", part);
-    }
+    put_pose(out, {e.position_m, e.q_source_sensor});
     const double error_m = e.predicted_error ? e.predicted_error->total.position_m : std::nan("");
     for (const double part : {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2), 1e3 * error_m, 1e3 * served.expected_error_m,
                               1e3 * e.distortion_m}) {
         put_number(out, "{:.4g}", part);
     }
     put_number(out, "{:.2f}", e.snr_db);
+    if (served.truth) {
+        out += ",[";
+        put_pose(out, *served.truth);
+        out += ']';
+    }
     out += ']';
 }
 
 Json greeting(const Json& source) {
     Json shown = Json::object();
-    for (const char* key : {"kind", "scenario", "device"}) {
+    for (const char* key : {"kind", "scenario", "device", "tour"}) {
         if (source.contains(key)) {
             shown[key] = source[key];
         }
     }
     const auto flags = flag_names();
     return {{"columns", kCompactColumns},
+            {"truth_frame", "source"},
             {"flag_names", std::vector<std::string>(flags.begin(), flags.end())},
             {"invalidating", tracking::kInvalidating.bits()},
             {"states", {to_text(TrackerState::searching), to_text(TrackerState::tracking), to_text(TrackerState::lost)}},

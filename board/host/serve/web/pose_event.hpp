@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "board/host/serve/recording_switch.hpp"
+#include "board/host/serve/web/tour.hpp"
 #include "board/pose_text/served_pose.hpp"
 #include "board/support/link_health.hpp"
 
@@ -20,7 +21,7 @@ constexpr std::array kCompactColumns{"sensor", "time_us", "utc_ms",   "flags",  
                                      "qw",     "qx",      "qy",       "qz",          "cxx",           "cxy",   "cxz", "cyy",
                                      "cyz",    "czz",     "error_mm", "expected_mm", "distortion_mm", "snr_db"};
 
-/// Appends the numbers as a JSON array.
+/// Appends the numbers as a JSON array. A pose of a simulation ends with an array of its true position (m) and quaternion.
 void put_compact(const ServedPose& served, std::string& out);
 
 struct PageStatus {
@@ -31,6 +32,7 @@ struct PageStatus {
     UtcTime now;
     LinkHealth health;
     std::vector<Vec3<double>> confinement;  // of PoseHub
+    TourPlace tour = {};
 };
 
 /// Data that a page needs once: columns of the compact form, names of flags and states, the flags that make a pose invalid, the

@@ -11,7 +11,8 @@ const kAngleColors = {
 };
 
 /// [{title, unit, digits, series: [{label, name, scale, wraps, color, dash}], zero, limit}]. zero: the axis begins at 0.
-export function chartList() {
+/// hasTruth: with the error against the truth.
+export function chartList(hasTruth) {
   const unit = kUnits[settings.units];
   const turn = kConventions[settings.order];
   return [
@@ -30,7 +31,7 @@ export function chartList() {
       zero: true,
       series: [
         {label: 'sigma', name: 'sigma', scale: 1, color: 'muted', dash: [4, 3]}, {label: 'predicted', name: 'error', scale: 1, color: 'caution'},
-        {label: 'expected, with metal', name: 'expected', scale: 1, color: 'accent'}
+        {label: 'expected', name: 'expected', scale: 1, color: 'accent'}, ...hasTruth ? [{label: 'true', name: 'true', scale: 1, color: 'bad'}] : []
       ]
     },
     {

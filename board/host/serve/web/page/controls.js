@@ -22,12 +22,16 @@ export function say(text) {
   }, kAnswerMs);
 }
 
-export async function ask(request) {
+/// isQuiet: only a failure is shown.
+export async function ask(request, isQuiet = false) {
   try {
     const response =
         await fetch('control', {method: 'POST', headers: {'Content-Type': 'application/json', ...headers()}, body: JSON.stringify(request)});
-    say((await response.json()).answer);
-  } catch { say('Server not reachable; nothing was changed.'); }
+    const {answer} = await response.json();
+    if (!isQuiet || !response.ok) say(answer);
+  } catch {
+    say('Server not reachable; nothing was changed.');
+  }
 }
 
 /// True if this page may control: controls are open for everyone, or this tab has the token.

@@ -8,7 +8,7 @@ const kFirst = 4096;               // entries at first
 export const kMostLive = 160_000;  // then the oldest quarter is dropped: eleven minutes at 240 poses/s
 
 export const kNames =
-    ['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz', 'a0', 'a1', 'a2', 'speed', 'sigma', 'error', 'expected', 'distortion', 'snr', 'flags', 'level'];
+    ['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz', 'a0', 'a1', 'a2', 'speed', 'sigma', 'error', 'expected', 'true', 'distortion', 'snr', 'flags', 'level'];
 const kKept = new Set(['snr', 'flags', 'level']);  // also valid in an invalid pose
 /// Values of the column `level`, by severity.
 export const Level = {
@@ -52,6 +52,7 @@ export class History {
           sigma: pose.sigma_mm,
           error: pose.error_mm ?? NaN,
           expected: pose.expected_mm,
+          true: pose.true_mm,
           distortion: pose.distortion_mm,
           snr: pose.snr_db,
           flags: pose.flags,

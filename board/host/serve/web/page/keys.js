@@ -24,12 +24,16 @@ const kKeys = [
   ['g', 'g', 'field lines of a coil: x, y, z, off'],
   ['n', 'n', 'next sensor'],
   ['m', 'm', 'theme: system, light, dark'],
+  ['.', '.', 'demo: next step'],
+  [',', ',', 'demo: step before'],
+  ['x', 'x', 'demo: with or without motion compensation'],
   ['?', '?', 'this help'],
   ['Escape', 'esc', 'leave playback']
 ];
 const kColors = [
   ['●', 'good', 'the pose may be used'], ['▲', 'caution', 'usable, with a warning: metal, missing measurements, or distortion above your limit'],
-  ['✕', 'not usable', 'the sentence states the cause and the remedy'], ['○', 'no measurement', 'coils off, no poses, or no server: all values are old']
+  ['✕', 'not usable', 'the sentence states the cause and the remedy'],
+  ['○', 'no measurement', 'coils off, no poses, or no server: all values are old']
 ];
 
 export function fillHelp(parent) {

@@ -17,6 +17,7 @@ import {page, take} from './state.js';
 import {showHealth, showRecording, showSource} from './status.js';
 import {connect} from './stream.js';
 import {Tools} from './tools.js';
+import {Tour} from './tour.js';
 
 const kRefreshMs = 100;  // redraw interval without new poses
 const kLinkNames = {
@@ -35,6 +36,7 @@ const readout = new Readout();
 const guide = new Guide(towards => ask({hemisphere: towards, sensor: page.selected ?? 0}));
 const tools = new Tools(element('tools'), say);
 const playback = new Playback(tools.recordings, showMode, say);
+const tour = page.tour = new Tour(element('tour'), request => ask(request, true), beginStep);
 let sceneRequested = false;
 
 function listSensors() {
@@ -71,6 +73,7 @@ function showChosen() {
   const here = ['localhost', '127.0.0.1', '[::1]'].includes(location.hostname);
   readout.showTiles(tracked, page.playback ? null : page.latency_ms ?? null, isLive());
   element('latency').title = here ? '' : 'without the network';
+  element('error_factor').textContent = `x${settings.error_scale}`;
   if (page.scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${page.exaggeration}`;
   const now = page.playback ? page.playback.t : tracked.now();
   plots.draw(tracked.history, now, page.playback ? page.playback.from : plots.frozen ? plots.origin : now);
@@ -82,13 +85,13 @@ function placeSensors() {
   for (const [number, tracked] of page.shown) {
     const view = page.scene.sensor(number);
     if (number === page.selected && tracked.newest.valid) page.exaggeration = exaggerationFor(tracked.newest.covariance, page.exaggeration);
-    view.show(tracked.newest, relative(tracked.newest.q_wxyz, tracked.boresight), page.exaggeration);
+    view.show(tracked.newest, relative(tracked.newest.q_wxyz, tracked.boresight), page.exaggeration, settings.error_scale);
     if (!isLive()) view.setVisible(false);
   }
   const pose = page.newest;
   const unknown = isLive() && pose?.names.includes('hemisphere_unknown') && Number.isFinite(pose.position_m[0]);
   page.scene.hemisphere.show(pose?.position_m, unknown ? sidesOf(pose.position_m) : []);
-  page.scene.hemisphere.confine(page.playback || unknown ? null : page.status.confined_to?.[page.selected] ?? null);
+  page.scene.hemisphere.confine(page.playback || tour.place || unknown ? null : page.status.confined_to?.[page.selected] ?? null);
   page.scene.invalidate();
 }
 
@@ -107,15 +110,25 @@ function drawTrails() {
   }
 }
 
-/// Creates the 3D view. Called after the first numbers and plots are painted, because it can take a second without a graphics processor.
+/// Another run of the tour began.
+function beginStep() {
+  drawTrails();
+  page.scene?.showMetal(tour.metal);
+}
+
+/// Creates the 3D view. Called after the first numbers and plots are painted, because it can take a second without a graphics
+/// processor.
 function openScene() {
   try {
     page.scene = new Scene(element('scene'));
     page.scene.showField(settings.field);
+    page.scene.showMetal(tour.metal);
     resetView('free');
     placeSensors();
     page.firstPictureMs = performance.now();
-  } catch { element('ellipsoid').textContent = 'no 3D view: this browser does not support WebGL'; }
+  } catch {
+    element('ellipsoid').textContent = 'no 3D view: this browser does not support WebGL';
+  }
 }
 
 function resetView(name) {
@@ -142,13 +155,19 @@ function receive(message) {
     const {tracked, begins} = taken;
     const pose = tracked.newest;
     fresh ||= taken.fresh;
+    if (pose.truth) {
+      plots.showTruth();
+      document.body.dataset.truth = 'true';
+    }
+    if (tracked.number === page.selected && taken.fresh) tour.add(pose, pose.t);
     if (!pose.valid || page.playback) continue;
     page.scene?.sensor(tracked.number).trail.add(pose.position_m, pose.t, pose.expected_mm, begins);
     if (tracked.number === page.selected) tools.collect(pose);
   }
   const newest = page.sensors.get(page.selected)?.newest;
   if (newest && fresh) page.latency_ms = page.status.now_ms - newest.utc_ms;
-  if (page.clockJumps > jumps) say('The clock of the device jumped. The plots continue without a break.');
+  tour.refresh();
+  if (page.clockJumps > jumps && !tour.place) say('The clock of the device jumped. The plots continue without a break.');
   if (page.playback) return fresh;
   placeSensors();
   showChosen();
@@ -164,6 +183,7 @@ function receive(message) {
 function greet(hello) {
   showSource(hello.source);
   page.outdated = !learn(hello);
+  tour.begin(hello.source?.tour);
 }
 
 function showStatus() {
@@ -171,6 +191,7 @@ function showStatus() {
   element('record').textContent = page.status.recording ? 'End recording' : 'Record';
   const problem = page.outdated ? 'The server was replaced by another version: reload this page.' : page.status.recording_error;
   if (element('problem').textContent !== problem) element('problem').textContent = problem;
+  tour.show(page.status.tour);
   showRecording(page.status);
   showPermission();
   showHealth(page.status.health, page.damaged + page.stream.damaged);
@@ -252,6 +273,7 @@ function applyConventions() {
 function applyTheme() {
   readPalette();
   page.scene?.setTheme();
+  page.scene?.showMetal(tour.metal);
   plots.rebuild();
   if (page.playback) playback.paintStrip();
   if (page.scene && page.shown.size) placeSensors();
@@ -337,6 +359,9 @@ listen({
   3: () => resetView('side'),
   g: () => setField(next(['none', 'x', 'y', 'z'], settings.field)),
   m: cycleTheme,
+  '.': () => tour.move(1),
+  ',': () => tour.move(-1),
+  x: () => tour.toggle(),
   n: () => select(next([...page.shown.keys()].sort(), page.selected)),
   Escape: () => playback.leave()
 });
@@ -347,6 +372,7 @@ bind('units', 'units', applyConventions);
 bind('order', 'order', applyConventions);
 bind('theme', 'theme', applyTheme);
 bind('window', 'window_s', () => plots.follow(), Number);
+bind('error_scale', 'error_scale', () => page.shown.size && placeSensors(), Number);
 bind('field', 'field', () => setField(settings.field));
 element('sensor').addEventListener('change', event => select(Number(event.target.value)));
 onSystemTheme(applyTheme);

@@ -17,6 +17,7 @@ export class Plots {
     this.bands = [];
     this.charts = [];
     this.origin = 0;
+    this.hasTruth = false;
     this.drawnMs = 0;
     this.rebuild();
     new ResizeObserver(() => this.#resize()).observe(parent);
@@ -32,9 +33,16 @@ export class Plots {
         for (const chart of this.charts) chart.showValues();
       },
     };
-    this.charts = chartList().map(spec => new Chart(this.parent, spec, this, actions));
+    this.charts = chartList(this.hasTruth).map(spec => new Chart(this.parent, spec, this, actions));
     this.#resize();
     this.drawnMs = 0;
+  }
+
+  /// The poses have a truth.
+  showTruth() {
+    if (this.hasTruth) return;
+    this.hasTruth = true;
+    this.rebuild();
   }
 
   get shown() { return this.frozen ?? {from: this.now - settings.window_s, to: this.now}; }

@@ -1,5 +1,5 @@
 // 3D scene: the source and the sensors on a grid. z points down.
-import {AmbientLight, Color, DirectionalLight, GridHelper, Group, PerspectiveCamera, Scene as ThreeScene, Vector3, WebGLRenderer} from 'three';
+import {AmbientLight, Color, DirectionalLight, GridHelper, Group, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene as ThreeScene, SphereGeometry, Vector3, WebGLRenderer} from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 
 import {fieldLines} from './field_lines.js';
@@ -38,6 +38,8 @@ export class Scene {
     this.field = null;
     this.hemisphere = new HemisphereView();
     this.scene.add(this.hemisphere.group);
+    this.metal = new Group();
+    this.scene.add(this.metal);
     this.center = new Vector3(0.4, 0, 0);
     this.reach = 0.9;
     this.view('free');
@@ -87,6 +89,20 @@ export class Scene {
     this.field = axis === 'none' ? null : fieldLines(axis, palette[axis]);
     this.fieldAxis = axis;
     if (this.field) this.scene.add(this.field);
+    this.invalidate();
+  }
+
+  /// Spheres of metal of a simulation: [{position_m, radius_m}].
+  showMetal(spheres) {
+    dispose(this.metal);
+    this.metal.clear();
+    for (const {position_m, radius_m} of spheres) {
+      const sphere = new Mesh(new SphereGeometry(radius_m, 40, 24), new MeshLambertMaterial({color: palette.core, transparent: true, opacity: 0.85}));
+      const name = label('metal', 0.045, palette.muted);
+      sphere.position.set(...position_m);
+      name.position.set(position_m[0], position_m[1], position_m[2] - radius_m - 0.03);
+      this.metal.add(sphere, name);
+    }
     this.invalidate();
   }
 

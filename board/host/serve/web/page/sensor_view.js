@@ -5,6 +5,7 @@ import {drawnFactor} from './ellipsoid.js';
 import {errorColor, palette} from './palette.js';
 import {Trail} from './trail.js';
 import {dispose, label, triad} from './triad.js';
+import {TruthView} from './truth_view.js';
 
 const kBody_m = 0.03, kAxes_m = 0.11, kText_m = 0.045;
 
@@ -21,13 +22,15 @@ export class SensorView {
         new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(6), 3)),
         new LineDashedMaterial({dashSize: 0.012, gapSize: 0.012}));
     this.plumb.frustumCulled = false;
+    this.truth = new TruthView();
     this.group = new Group();
-    this.group.add(this.ellipsoid, this.trail.line, this.plumb);
+    this.group.add(this.truth.group, this.ellipsoid, this.trail.line, this.plumb);
     this.setTheme();
     this.setVisible(false);
   }
 
   setTheme() {
+    this.truth.setTheme();
     const visible = this.triad?.visible ?? false;
     const [position, quaternion] = [this.triad?.position.clone(), this.triad?.quaternion.clone()];
     if (this.triad) {
@@ -48,9 +51,11 @@ export class SensorView {
     this.group.add(this.triad);
   }
 
-  /// Draws a pose with the attitude q. An invalid pose hides the sensor; its trail remains.
-  show(pose, q, exaggeration) {
+  /// Draws a pose with the attitude q. An invalid pose hides the sensor; its trail and its truth remain. errorScale: of the
+  /// arrow of the error.
+  show(pose, q, exaggeration, errorScale) {
     this.setVisible(pose.valid);
+    this.truth.show(pose, errorScale);
     if (!pose.valid) return;
     const p = pose.position_m;
     this.triad.position.set(...p);
@@ -63,5 +68,8 @@ export class SensorView {
     this.plumb.computeLineDistances();
   }
 
-  setVisible(visible) { this.triad.visible = this.ellipsoid.visible = this.plumb.visible = visible; }
+  setVisible(visible) {
+    this.triad.visible = this.ellipsoid.visible = this.plumb.visible = visible;
+    if (!visible) this.truth.hide();
+  }
 }

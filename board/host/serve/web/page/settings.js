@@ -7,6 +7,7 @@ const kDefaults = {
   theme: 'auto',
   limit_mm: 2,
   field: 'none',
+  error_scale: 20,
   window_s: 10
 };
 const kAllowed = {
@@ -14,6 +15,7 @@ const kAllowed = {
   order: ['zyx', 'xyz', 'vector'],
   theme: ['auto', 'light', 'dark'],
   field: ['none', 'x', 'y', 'z'],
+  error_scale: [1, 5, 20, 100],
   window_s: [10, 30, 60, 300, 600]
 };
 

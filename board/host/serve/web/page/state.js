@@ -40,6 +40,7 @@ export const page = {
   scene: null,
   stream: {damaged: 0},
   outdated: false,
+  tour: null,
   plots: null,
   get shown() { return this.playback?.sensors ?? this.sensors;},
   get chosen() { return this.shown.get(this.selected) ?? null;},
@@ -49,8 +50,8 @@ export const page = {
 };
 window.tricoil = page;  // for tests
 
-/// Adds one pose in compact form. Returns {tracked, begins, fresh}, or null if it is damaged. begins: it does not continue the pose
-/// before. fresh: it is not a repetition. added(): a sensor is new.
+/// Adds one pose in compact form. Returns {tracked, begins, fresh}, or null if it is damaged. begins: it does not continue the
+/// pose before. fresh: it is not a repetition. added(): a sensor is new.
 export function take(values, added) {
   const pose = decode(values);
   if (!pose) {

@@ -8,7 +8,8 @@ function put(output, text) {
 
 /// source: description as in a recording; undefined: unknown.
 export function showSource(source) {
-  put(element('source'), !source ? '' : source.kind === 'simulation' ? `simulation: ${source.scenario}` : source.device || 'device');
+  const known = {simulation: source?.scenario ? `simulation: ${source.scenario}` : 'simulation', recording: 'recording'};
+  put(element('source'), known[source?.kind] ?? source?.device ?? '');
 }
 
 export function showRecording(status) {
@@ -17,8 +18,8 @@ export function showRecording(status) {
   if (status.recording) put(output, `● ${status.recording_name} ${clock(status.recording_s)}, ${(status.recording_bytes / 1e6).toFixed(1)} MB`);
 }
 
-/// Warnings as text; otherwise the share of missing columns, and the temperature if the device measures it. damaged: messages and poses that
-/// could not be read.
+/// Warnings as text; otherwise the share of missing columns, and the temperature if the device measures it. damaged: messages and
+/// poses that could not be read.
 export function showHealth(health, damaged) {
   const output = element('health');
   output.dataset.warning = String(health.warning !== '');
