@@ -51,7 +51,7 @@ TEST(JsonLines, ATcpClientReceivesEveryPose) {
     const std::string address = serving.address("json_lines");
     const int client = connect_to(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
     EXPECT_EQ(write(client, "what it sends is ignored\n", 25), 25);
-    const auto poses = parsed(read_for(client, std::chrono::seconds(30), 300'000));
+    const auto poses = parsed(read_for(client, std::chrono::seconds(30), 350'000));
     close(client);
     ASSERT_GT(poses.size(), 500U);
     expect_poses(poses, false);
