@@ -4,6 +4,7 @@
 #include "board/python/rows.hpp"
 #include "board/support/errors.hpp"
 #include "core/tracking/pose_flags.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::python {
 namespace {
@@ -32,6 +33,8 @@ PYBIND11_MODULE(_tricoil, module) {
     }
     module.attr("FLAG_NAMES") = flags;
     module.attr("INVALIDATING_FLAGS") = tracking::kInvalidating.bits();
+    module.attr("MIN_SNR") = tracking::CommonParams<double>{}.min_snr;
+    module.attr("MAX_MISFIT") = tracking::CommonParams<double>{}.max_misfit;
     add_command(module);
     add_run(module);
     add_source(module);

@@ -10,7 +10,6 @@
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/pivot_poses.hpp"
 #include "board/host/calibration/pose_set.hpp"
-#include "board/host/capture/adc_capture.hpp"
 #include "board/host/couplings/band_files.hpp"
 #include "board/linux/text_rows.hpp"
 #include "board/support/errors.hpp"
@@ -125,11 +124,6 @@ std::vector<Reader> readers() {
     bands[0] = names(
         "source1_sensor1,source1_sensor2,source1_sensor3,source2_sensor1,source2_sensor2,source2_sensor3,"
         "source3_sensor1,source3_sensor2,source3_sensor3");
-    Cells capture{names("state,repeat,sample,adc0,adc1,adc2,adc3")};
-    for (int n = 0; n < 12; ++n) {
-        capture.push_back({fmt::format("S{}", n / 2 % 3 + 1), fmt::format("{}", n / 6), fmt::format("{}", n % 2), "100", "-2",
-                           fmt::format("{}", n), "7"});
-    }
     Cells trajectory;
     for (int n = 0; n < 8; ++n) {
         trajectory.insert(trajectory.end(), {{"1", "0", "0", fmt::format("{}", 0.5 + n)},
@@ -168,16 +162,6 @@ std::vector<Reader> readers() {
         }
         return text;
     };
-    const auto blocks = [](const std::string& path) {
-        std::string text;
-        CaptureForm form;
-        form.columns = {"adc0", "adc1", "adc2", "adc3"};
-        CaptureReader reader(path, form);
-        for (CapturedBlock block; reader.next(block, 1);) {
-            text += fmt::format("{} {} {} ", block.coil, block.repeat, fmt::join(block.values, " "));
-        }
-        return text;
-    };
     const auto band = [](const std::string& path) {
         const std::string low = path + ".low";
         std::filesystem::copy_file(path, low, std::filesystem::copy_options::overwrite_existing);
@@ -210,7 +194,6 @@ std::vector<Reader> readers() {
          on_stage},
         {"bands", bands, band},
         {"pivot", poses(",std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad", 3), pivot},
-        {"capture", capture, blocks},
         {"trajectory", trajectory, motion, false},
         {"live couplings", couplings("time_us,", [&](int n) { return std::vector<std::string>{number(1000 * n)}; }),
          read_text_rows},

@@ -141,7 +141,8 @@ int continue_in_python(const CLI::App& command) {
     std::vector<std::string> words{"-I", part("_program.py", command.get_name()), command.get_name()};
     for (const CLI::Option* const option : options_of(command)) {
         if (option->count() > 0) {
-            words.push_back("--" + option->get_lnames().front() + (is_flag(*option) ? "" : "=" + option->results().back()));
+            words.push_back(fmt::format("--{}{}{}", option->get_lnames().front(), is_flag(*option) ? "" : "=",
+                                        is_flag(*option) ? "" : fmt::format("{}", fmt::join(option->results(), ","))));
         }
     }
     words.emplace_back("--");

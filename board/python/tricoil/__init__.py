@@ -12,6 +12,7 @@ source frame. Couplings X[i, j] are the output of sensor coil i while source coi
 """
 
 from ._command import calibrate, command, evaluate
+from ._demodulate import demodulate
 from ._dynamic import verify
 from ._flags import Flag
 from ._model import COUPLING_CONSTANT, couplings, solve
@@ -44,6 +45,7 @@ __all__ = [
     "calibrate",
     "command",
     "couplings",
+    "demodulate",
     "error_budget",
     "evaluate",
     "load",

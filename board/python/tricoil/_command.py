@@ -49,6 +49,15 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
             return _motion_command.run(**options)[0]
         except _motion_command.PoseError as error:
             raise ValueError(own_names(str(error))) from None
+    if name == "demodulate":
+        from . import _demodulate
+
+        if len(arguments) != 1 or "carrier_hz" not in options:
+            raise ValueError("demodulate takes one capture, and carrier_hz")
+        try:
+            return _demodulate.run(*arguments, **{key: value for key, value in options.items() if value is not None})[0]
+        except ValueError as error:
+            raise ValueError(own_names(str(error))) from None
     words = [*name.split(), *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
     try:
         _, text = _tricoil.command(words if arguments else words[:-1])

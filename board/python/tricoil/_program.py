@@ -12,7 +12,7 @@ import sys
 
 
 def refuse(message, code=2):
-    print(f"tricoil: {message}", file=sys.stderr)
+    put(f"tricoil: {' '.join(str(message).splitlines())}\n", sys.stderr)
     sys.exit(code)
 
 
@@ -35,6 +35,23 @@ def find_package():
             return
 
 
+def put(text, file=sys.stdout):
+    """Prints, with control characters escaped; a failed write ends the program once, with one line."""
+    safe = "".join(c if c in "\n\t" or c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+    try:
+        file.write(safe)
+        file.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        print(f"tricoil: standard output could not be written completely ({error.strerror}); is the disk full?", file=sys.stderr, flush=True)
+        os._exit(3)
+
+
+def put_result(result, as_json, text, file=sys.stdout):
+    put(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n" if as_json else text, file)
+
+
 def evaluate(options, files):
     from tricoil import _dynamic
 
@@ -42,8 +59,7 @@ def evaluate(options, files):
     options.pop("dynamic", None)
     options.pop("solver", None)
     result = _dynamic.evaluate(files, **options)
-    sys.stdout.write(json.dumps(result, indent=2, allow_nan=False) + "\n" if as_json else _dynamic.text(result))
-    sys.stdout.flush()
+    put_result(result, as_json, _dynamic.text(result))
 
 
 def motion(options, files):
@@ -52,11 +68,21 @@ def motion(options, files):
     as_json = options.pop("json", False)
     result, text = _motion_command.run(**options)
     if options.get("out") != "-":
-        sys.stdout.write(json.dumps(result, indent=2, allow_nan=False) + "\n" if as_json else text)
-    sys.stdout.flush()
+        put_result(result, as_json, text)
 
 
-COMMANDS = {"evaluate": evaluate, "motion": motion}
+def demodulate(options, files):
+    from tricoil import _demodulate
+
+    as_json = options.pop("json", False)
+    result, _ = _demodulate.run(files[0], **options)
+    put_result(result, as_json, _demodulate.text(result), sys.stderr if options.get("out") == "-" else sys.stdout)
+    if not result["sensor_present"]:
+        put(f"tricoil: {files[0]}: {result['verdict']}\n", sys.stderr)
+        sys.exit(1)
+
+
+COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion}
 
 
 def main():
@@ -78,6 +104,8 @@ def main():
         os._exit(128 + 13)
     except OSError as error:
         refuse(f"{error.filename}: {error.strerror}" if error.filename else error, 2 if isinstance(error, (FileNotFoundError, PermissionError)) else 3)
+    except MemoryError:
+        refuse("out of memory; the input is too large for this machine", 3)
     except KeyboardInterrupt:
         refuse("interrupted; nothing was written", 130)
 
