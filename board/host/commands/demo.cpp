@@ -197,8 +197,9 @@ int run_tour(const DemoCommand& command) {
     web::Tour tour;
     Server server;
     PoseHub& hub = server.hub();
-    web::Output page = web::make_output(parse_tcp_address("--web", command.web), {Controls::open, "", {}}, hub, control,
-                                        recordings, server.button(), &tour);
+    const TcpAddress address = parse_tcp_address("--web", command.web);
+    const AccessRule rule{address.is_loopback() ? Controls::open : Controls::none, "", {}};  // others only look
+    web::Output page = web::make_output(address, rule, hub, control, recordings, server.button(), &tour);
     server.add(std::move(page.service));
     server.start();
     const double step_s = command.step_s > 0 || ::isatty(STDIN_FILENO) == 1 ? command.step_s : kStepWithoutKeys_s;
