@@ -146,7 +146,8 @@ void Session::set_newest(std::span<const ServedPose> poses) {
 }
 
 void Session::send_sensor_status(Sensor& sensor) {
-    const auto& [pose, utc, expected_m] = *sensor.newest;
+    const auto& pose = sensor.newest->pose;
+    const UtcTime utc = sensor.newest->utc;
     const bool repeats = !pose.valid() && (sensor.reported != pose.flags || utc - sensor.reported_at >= kStatusPeriod);
     if (sensor.reported_valid != pose.valid() || repeats) {  // no STATUS if the first pose is valid
         stream_.send(status_message(*sensor.newest, names_));
