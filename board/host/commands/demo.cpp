@@ -198,8 +198,8 @@ int run_tour(const DemoCommand& command) {
     Server server;
     PoseHub& hub = server.hub();
     const TcpAddress address = parse_tcp_address("--web", command.web);
-    const AccessRule rule{address.is_loopback() ? Controls::open : Controls::none, "", {}};  // others only look
-    web::Output page = web::make_output(address, rule, hub, control, recordings, server.button(), &tour);
+    const Access access{address.is_loopback() ? Controls::open : Controls::none, "", {}};  // others only look
+    web::Output page = web::make_output(address, access, hub, control, recordings, server.button(), &tour);
     server.add(std::move(page.service));
     server.start();
     const double step_s = command.step_s > 0 || ::isatty(STDIN_FILENO) == 1 ? command.step_s : kStepWithoutKeys_s;
