@@ -151,8 +151,9 @@ public:
             elapsed_ = source.elapsed();
             moved_ = now;
         }
+        constexpr double kLate_s = 1;  // data of a slow machine
         const double left_s = options_.duration_s - to_seconds(elapsed_);
-        if (options_.duration_s > 0 && source.has_started() && to_seconds(now - moved_) > left_s) {
+        if (left_s > 0 && source.has_started() && to_seconds(now - moved_) > left_s + kLate_s) {
             return fmt::format("{}: no data for the last {:g} s of --duration", device, left_s);
         }
         const bool gives_up = options_.give_up_after_s > 0 && to_seconds(now - steady_) > options_.give_up_after_s;

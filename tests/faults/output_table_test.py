@@ -20,7 +20,7 @@ STAGE = "stage/soYoutZup_seYoutZup_1.dat"
 SIMULATED = "--scenario still --duration 0.3"
 COILS = "--model concentric"
 # Options with a name of a file or folder that is read.
-INPUTS = {"--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--stage-from", "--tip", "--trajectory"}
+INPUTS = {"--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory"}
 STDOUT = "standard output"
 
 
@@ -74,7 +74,7 @@ ROWS = {
     "doctor": {STDOUT: ""},
     "selfcheck": {STDOUT: ""},
     "protocol": {STDOUT: "", "--dbc": "--dbc {out}", "--page": "--page {out}"},
-    "motion": {STDOUT: "--example I", "--out": "--example I --out {out}"},
+    "motion": {STDOUT: "--example I", "--out": "--example I --out {out}", "--plot": "--poses take/poses.csv --timing tdm:3/720 --plot {out}.svg"},
     "figures": {STDOUT: "--out pictures", "--out": "--out {out}"},
     "help": {STDOUT: "run"},
     "completion": {STDOUT: "bash"},

@@ -79,7 +79,7 @@ class Files(unittest.TestCase):
             ({}, "needs --timing"),
             ({"timing": "fit"}, "needs a reference"),
             ({"timing": "tdm:3/720", "plot": "a.xyz"}, "--plot must end in"),
-            ({"timing": "tdm:3/720", "out": "/nowhere/a.csv"}, "--out: cannot write /nowhere/a.csv"),
+            ({"timing": "tdm:3/720", "out": "/nowhere/a.csv"}, "cannot write /nowhere/a.csv"),
             ({"timing": "tdm:3/720", "place": "1,0,0"}, "--place: not with --poses"),
             ({"timing": "tdm:3/720", "unit": "km"}, "--unit must be"),
         ):

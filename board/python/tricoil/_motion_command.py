@@ -1,8 +1,8 @@
 """tricoil motion --poses and --trajectory: tables of the predicted error, and files of the poses without it."""
 
 import importlib.util
+import io
 import os
-import sys
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from ._fitted_timing import rms_by_reference
 from ._motion_along import along
 from ._motion_analysis import CAUSES
 from ._motion_error import MotionError, chosen_timing, motion_error
+from ._output_file import OutputFile
 from ._poses import PoseError, read
 from ._timing import NAMES
 
@@ -117,20 +118,16 @@ def write(path, result: MotionError, smooth: bool) -> None:
     for time_s, row, is_corrected in zip(poses.time_s, values, poses.is_corrected):
         fields = ["" if np.isnan(value) else f"{value:.10g}" for value in row]
         lines.append(",".join((f"{time_s:.9f}", *fields, str(int(is_corrected)))))
-    write_lines(path, lines)
+    write_whole(path, "\n".join(lines) + "\n")
 
 
-def write_lines(path, lines):
-    if path == "-":
-        sys.stdout.write("\n".join(lines) + "\n")
-        return
-    temporary = f"{path}.part"
+def write_whole(path, content):
     try:
-        with open(temporary, "w", encoding="utf-8") as file:
-            file.write("\n".join(lines) + "\n")
-        os.replace(temporary, path)
-    except OSError as error:
-        raise PoseError(f"--out: cannot write {path}: {error.strerror}") from None
+        with OutputFile(path) as file:
+            file.write(content)
+            file.commit()
+    except ValueError as error:
+        raise PoseError(str(error)) from None
 
 
 def refuse_others(options, known, what):
@@ -165,7 +162,9 @@ def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=Fa
     if plot is not None:
         from . import plot as drawing
 
-        drawing.motion_error(result).savefig(plot)
+        picture = io.BytesIO()
+        drawing.motion_error(result).savefig(picture, format=os.path.splitext(plot)[1][1:])
+        write_whole(plot, picture.getvalue())
     return found
 
 
@@ -196,7 +195,7 @@ def run_trajectory(trajectory, kappa="exact", loop="open", rate_hz=None, place=N
     rows = along(path, kappa, loop, updates_hz, place_of(place))
     if out is not None:
         names = ("time_s", "range_m", "azimuth_rad", "elevation_rad", "e_rho_m", "e_alpha_rad", "e_beta_rad")
-        write_lines(out, [",".join(names), *(",".join(f"{row[name]:.10g}" for name in names) for row in rows)])
+        write_whole(out, "\n".join([",".join(names), *(",".join(f"{row[name]:.10g}" for name in names) for row in rows)]) + "\n")
     maxima = {f"max_abs_{name}": float(np.max(abs(rows[name]))) for name in ("e_rho_m", "e_alpha_rad", "e_beta_rad")}
     apart = np.linalg.norm(rows["position_error_m"], axis=1)
     return {

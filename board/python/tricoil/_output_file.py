@@ -16,7 +16,7 @@ class OutputFile:
     def __init__(self, path: str):
         self.path, self._aside = path, None
         try:
-            self._file = os.fdopen(self._open(path), "w", encoding="utf-8", newline="")
+            self._file = os.fdopen(self._open(path), "wb")
         except OSError as error:
             raise self._refused(error.strerror) from None
 
@@ -45,9 +45,9 @@ class OutputFile:
             os.fchmod(number, stat.S_IMODE(old.st_mode))
         return number
 
-    def write(self, text: str, flush: bool = False) -> None:
+    def write(self, content: str | bytes, flush: bool = False) -> None:
         try:
-            self._file.write(text)
+            self._file.write(content.encode() if isinstance(content, str) else content)
             if flush:
                 self._file.flush()
         except BrokenPipeError:
