@@ -100,6 +100,9 @@ Array accumulated_error(const Array& path_m, const std::string& kappa, const std
     const auto form = static_cast<error_model::KappaForm>(host::index_of_name("kappa", kappa, {"exact", "paper", "two"}));
     const auto how = static_cast<error_model::Loop>(host::index_of_name("loop", loop, {"open", "closed"}));
     Array result({path_m.shape(0), py::ssize_t{3}});
+    if (path_m.shape(0) == 0) {
+        return result;
+    }
     auto real = geometry::to_spherical(Vec3<double>(path_m.data()));
     error_model::AccumulatedError<double> accumulated(form, how, real);
     for (py::ssize_t n = 0; n < path_m.shape(0); ++n) {

@@ -58,6 +58,9 @@ SolutionRow calibrated_row(const Mat3<double>& x, double sigma, const calibratio
         return unsolved();
     }
     const auto refined = solver::refine<double>(c.model, x, weights, solution->refinement.pose, params.refine);
+    if (!refined.ok()) {
+        return unsolved();
+    }
     SolutionRow row;
     row.solved = true;
     put(calibration::CoilCorrection<double>::phases(c).corrected_position(refined->pose.position_m), row.position_m);

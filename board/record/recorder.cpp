@@ -71,9 +71,14 @@ Recorder::~Recorder() { close(); }
 
 std::string Recorder::description_path() const { return (fs::path(folder_) / kDescriptionFile).string(); }
 
+/// Names that are not UTF-8 do not end a recording.
+std::string Recorder::description_text() const {
+    return description_.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 void Recorder::describe_now() {
     try {
-        write_whole_file(description_path(), description_.dump(2) + "\n");
+        write_whole_file(description_path(), description_text());
     } catch (const std::exception& error) {
         journal_.fail(error.what());
     }
@@ -82,7 +87,9 @@ void Recorder::describe_now() {
 void Recorder::append(RecordFile file, const std::string& line) { journal_.append(static_cast<std::size_t>(file), line); }
 
 std::string Recorder::failure() const {
-    const char* const rest = fs::exists(description_path()) ? "the recorded part can be replayed" : "nothing can be replayed";
+    std::error_code ignored;  // of a disk that is gone
+    const char* const rest =
+        fs::exists(description_path(), ignored) ? "the recorded part can be replayed" : "nothing can be replayed";
     return fmt::format("{}: recording ended early ({}); {}", folder_, journal_.reason(), rest);
 }
 
@@ -101,7 +108,7 @@ void Recorder::do_begin(const Settings& settings) {
     if (!settings_) {
         settings_ = made;
         description_["trackers"] = std::move(made);
-        journal_.write_whole(description_path(), description_.dump(2) + "\n");
+        journal_.write_whole(description_path(), description_text());
     }
     append(RecordFile::inputs, line_of(TrackerInput{.kind = InputKind::begin}));
     event(0, "begin", "");

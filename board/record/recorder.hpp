@@ -43,6 +43,7 @@ private:
 
     void append(RecordFile file, const std::string& line);
     void event(std::uint8_t sensor, const std::string& what, const std::string& detail);
+    [[nodiscard]] std::string description_text() const;
     void describe_now();
     [[nodiscard]] std::string description_path() const;
     [[nodiscard]] std::string failure() const;

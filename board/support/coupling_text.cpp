@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 
@@ -43,10 +45,14 @@ Mat3<double> matrix_of(const Table& table, const std::array<std::size_t, kCoupli
 
 CouplingColumns::CouplingColumns(const Table& table)
     : table_(table), x_(matrix_columns(table, table.has("m11") ? "m{}{}" : "x{}{}", kExpected)) {
-    if (table.has("q11")) {
+    const auto has_any = [&](std::string_view form) {
+        return std::ranges::any_of(std::array{11, 12, 13, 21, 22, 23, 31, 32, 33},
+                                   [&](int entry) { return table.has(fmt::format(fmt::runtime(form), entry)); });
+    };
+    if (has_any("q{}")) {
         quadrature_ = matrix_columns(table, "q{}{}", kExpected);
     }
-    if (table.has("a11")) {
+    if (has_any("a{}") || table.has("gain_step")) {
         levels_ = matrix_columns(table, "a{}{}", kExpected);
         gain_step_ = table.column("gain_step", kExpected);
     }

@@ -14,11 +14,11 @@ namespace {
 
 const std::map<std::string_view, double> kPerSiUnit{{"mm", 1e3}, {"deg", kDegrees}, {"%", 100}};
 
-/// A number that the format would show as zero has two digits instead.
+/// A number that the format would show as zero has two digits instead, in the same width.
 std::string number_text(const std::string& format, double value) {
     std::string text = fmt::format(fmt::runtime(format), value);
     const bool looks_zero = std::isfinite(value) && text.find_first_of("123456789") == std::string::npos;
-    return looks_zero && value != 0 ? fmt::format("{:.2g}", value) : text;
+    return looks_zero && value != 0 ? fmt::format("{:>{}.2g}", value, text.size()) : text;
 }
 
 std::string formatted(std::string_view field, const Json& values) {

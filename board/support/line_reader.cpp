@@ -131,6 +131,13 @@ bool LineReader::read(std::string& line) {
     return true;
 }
 
+void LineReader::refuse_long() const {
+    constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20U;
+    constexpr std::size_t kMostLines = 4'000'000;
+    refuse_if(read_bytes_ > kMostBytes || line_ > kMostLines,
+              "{}:{}: the file is too long; at most 256 MiB and 4 million lines are read", path_, line_);
+}
+
 double LineReader::share() const {
     return size_bytes_ == 0 ? 1 : static_cast<double>(read_bytes_) / static_cast<double>(size_bytes_);
 }

@@ -44,6 +44,8 @@ public:
 
     /// True if the last line that next() returned has no line feed.
     [[nodiscard]] bool was_cut() const { return cut_; }
+    /// For readers that keep all lines: throws InputError for a file, or a stream without end, that is too long for that.
+    void refuse_long() const;
     /// Number of the last line, from 1.
     [[nodiscard]] std::size_t line() const { return line_; }
 

@@ -10,6 +10,7 @@ namespace tricoil::host {
 Table::Table(LineReader lines) : lines_(std::move(lines)) {
     refuse_if(!read_row(), "{}: is empty; a table is needed", path());
     header_ = row_;
+    drop_empty_cells(1);
     columns_ = cells_.size();
     is_first_row_ = std::ranges::any_of(cells_, [](std::string_view cell) { return cell_number(cell).has_value(); });
     if (!is_first_row_) {
@@ -19,6 +20,7 @@ Table::Table(LineReader lines) : lines_(std::move(lines)) {
 
 bool Table::read_row() {
     while (lines_.next(line_)) {
+        lines_.refuse_long();
         const std::size_t begin = line_.find_first_not_of(" \t\r");
         if (begin == std::string::npos || line_[begin] == '#') {
             continue;
@@ -33,13 +35,18 @@ bool Table::read_row() {
     return false;
 }
 
+/// Of a spreadsheet whose rows end with separators.
+void Table::drop_empty_cells(std::size_t least) {
+    while (cells_.size() > least && cells_.back().empty()) {
+        cells_.pop_back();
+    }
+}
+
 bool Table::next() {
     if (!std::exchange(is_first_row_, false) && !read_row()) {
         return false;
     }
-    while (cells_.size() > columns_ && cells_.back().empty()) {
-        cells_.pop_back();
-    }
+    drop_empty_cells(columns_);
     refuse_if(cells_.size() != columns_, "{}: {} columns; {} are needed, as in line {}", place(), cells_.size(), columns_,
               header_);
     return true;

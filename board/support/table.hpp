@@ -46,6 +46,7 @@ public:
 
 private:
     bool read_row();
+    void drop_empty_cells(std::size_t least);
     [[nodiscard]] std::size_t find(std::string_view name) const;
 
     LineReader lines_;

@@ -243,6 +243,7 @@ std::map<std::string, std::string> forms_of(const Reader& reader) {
         forms["empty cells at the end"] = replaced(plain, "\n", ",,\n");
     }
     if (reader.name != "live couplings") {  // from a stream, not from a spreadsheet
+        forms["empty cell behind the first row"] = plain.substr(0, first_end - 1) + ",\n" + plain.substr(first_end);
         forms["UTF-16"] = wide(replaced(joined(reader.table, "\t"), "\n", "\r\n"), true);
         forms["UTF-16, high byte first"] = wide(plain, false);
     }

@@ -32,6 +32,7 @@ TEST(JsonText, ConvertsUnits) {
 TEST(JsonText, ShowsNoSmallNumberAsZero) {
     const Json small{{"rms_m", 2.34e-7}, {"angle_deg", -4.5e-6}, {"none", 0.0}, {"large", 5e-4}};
     EXPECT_EQ(fill(small, "{rms_m in mm:.3f} {angle_deg:.4f} {none:.3f} {large in mm:.3f}"), "0.00023 -4.5e-06 0.000 0.500");
+    EXPECT_EQ(fill(small, "{rms_m in mm:>12.3f}"), "     0.00023");
 }
 
 TEST(JsonText, AddsTheCountsOfAnObject) { EXPECT_EQ(fill(kValues, "{rejected} rejected"), "42 rejected"); }

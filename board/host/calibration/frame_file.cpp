@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "board/support/errors.hpp"
-#include "core/linear/quaternion.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -80,6 +80,7 @@ Matrix<double, Size, 1> numbers_of(const Json& line, const std::string& key, con
 Records read_json_lines(LineReader lines) {
     Records records;
     for (std::string text; lines.next(text);) {
+        lines.refuse_long();
         const std::string where = TextPlace{lines.path(), lines.line()}.str();
         const Json line = Json::parse(text, nullptr, false);
         refuse_if(!line.is_object(), "{}: is not a line of JSON; give JSON lines, a CSV file or the folder of a recording",

@@ -141,7 +141,7 @@ constexpr const char* kDynamicOptions[][2] = {
 /// Checks the options of both kinds of evaluation.
 void check_options(const EvaluateCommand& command, bool is_dynamic) {
     refuse_if(is_dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures ||
-                             !command.stage_from.empty()),
+                             !command.stage_from.empty() || !command.fixture_names.empty()),
               "--dynamic takes two files, TRUTH and POSES, and no calibration");
     refuse_if(!is_dynamic && command.calibration.empty(),
               "--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)");
@@ -178,8 +178,7 @@ std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile&
     if (!other.stage_errors.stray.isZero(0)) {
         print_notice(
             "tricoil: {}: the stray field belongs to its own source and is not used; the errors of the stage that were fitted "
-            "with it "
-            "carry over only in part\n",
+            "with it carry over only in part\n",
             command.stage_from);
     }
     calibration.stage_errors = {other.stage_errors.turning, other.stage_errors.room, Mat3<double>::Zero()};

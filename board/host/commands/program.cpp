@@ -138,7 +138,12 @@ int continue_as(const std::filesystem::path& path, const std::string& typed_name
 }  // namespace
 
 int continue_in_python(const CLI::App& command) {
-    std::vector<std::string> words{"-I", part("_program.py", command.get_name()), command.get_name()};
+    const auto script = part("_program.py", command.get_name());
+    if (!std::filesystem::exists(script)) {
+        throw DeviceError(
+            fmt::format("{}: {} is not installed; install the package tricoil again", command.get_name(), script.string()));
+    }
+    std::vector<std::string> words{"-I", script, command.get_name()};
     for (const CLI::Option* const option : options_of(command)) {
         if (option->count() > 0) {
             words.push_back(fmt::format("--{}{}{}", option->get_lnames().front(), is_flag(*option) ? "" : "=",

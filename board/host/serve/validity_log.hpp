@@ -1,6 +1,8 @@
 // A line on standard error when a sensor has no valid pose, and when it has one again.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <array>
 #include <chrono>
 #include <optional>
