@@ -11,7 +11,6 @@
 #include "board/host/calibration/pivot_poses.hpp"
 #include "board/host/calibration/pose_set.hpp"
 #include "board/host/couplings/band_files.hpp"
-#include "board/host/dynamic/pose_stream.hpp"
 #include "board/linux/text_rows.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/sim_input/trajectory_file.hpp"
@@ -163,14 +162,6 @@ std::vector<Reader> readers() {
         }
         return text;
     };
-    const auto stream = [](const std::string& path) {
-        std::string text;
-        const PoseStream poses = PoseStream::read(path);
-        for (const auto& pose : poses.poses()) {
-            text += text_of(pose.position_m) + fmt::format("{} {} ", pose.time_s, pose.q.x());
-        }
-        return text;
-    };
     const auto band = [](const std::string& path) {
         const std::string low = path + ".low";
         std::filesystem::copy_file(path, low, std::filesystem::copy_options::overwrite_existing);
@@ -203,7 +194,6 @@ std::vector<Reader> readers() {
          on_stage},
         {"bands", bands, band},
         {"pivot", poses(",std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad", 3), pivot},
-        {"stream", poses("", 30), stream},
         {"trajectory", trajectory, motion, false},
         {"live couplings", couplings("time_us,", [&](int n) { return std::vector<std::string>{number(1000 * n)}; }),
          read_text_rows},
