@@ -1,20 +1,13 @@
 #include "board/support/line_reader.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
-#include <thread>
 
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {
-namespace {
 
-constexpr std::chrono::milliseconds kFollowInterval{20};
-
-}  // namespace
-
-LineReader::LineReader(const std::string& path, bool follows) : path_(path) {
+LineReader::LineReader(const std::string& path) : path_(path) {
     std::error_code error;
     refuse_if(std::filesystem::is_directory(path, error), "{}: is a folder; name a file", path);
     const std::string place = path == "-" ? "/dev/stdin" : path;
@@ -24,9 +17,6 @@ LineReader::LineReader(const std::string& path, bool follows) : path_(path) {
     }
     const auto size = std::filesystem::file_size(place, error);
     size_bytes_ = error ? 0 : size;  // a pipe has none
-    if (follows && !error) {
-        guard_ = std::make_unique<InterruptGuard>();
-    }
     skip_byte_order_mark();
 }
 
@@ -65,16 +55,10 @@ void LineReader::report(const std::ios_base::failure& failure) const {
 bool LineReader::at_end() {
     std::streambuf& bytes = *file_.rdbuf();
     try {
-        while (bytes.sgetc() == std::char_traits<char>::eof()) {
-            if (!guard_ || guard_->interrupted()) {
-                return true;
-            }
-            std::this_thread::sleep_for(kFollowInterval);
-        }
+        return bytes.sgetc() == std::char_traits<char>::eof();
     } catch (const std::ios_base::failure& failure) {
         report(failure);
     }
-    return false;
 }
 
 int LineReader::take() {

@@ -5,11 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
-#include <memory>
 #include <string>
 #include <string_view>
-
-#include "board/support/interrupt.hpp"
 
 namespace tricoil::host {
 
@@ -17,9 +14,8 @@ class LineReader {
 public:
     static constexpr std::size_t kLongestLine = std::size_t{1} << 20U;
 
-    /// Throws InputError, naming the path, if it is a folder or cannot be opened. "-": standard input. follows: waits at the end
-    /// for more, until the user interrupts.
-    explicit LineReader(const std::string& path, bool follows = false);
+    /// Throws InputError, naming the path, if it is a folder or cannot be opened. "-": standard input.
+    explicit LineReader(const std::string& path);
 
     /// The next line, without its line feed; false at the end. Throws ReadError if the disk or device fails, InputError for a
     /// line that is longer than kLongestLine or has a zero byte.
@@ -28,11 +24,6 @@ public:
     /// next(), but the end of a line that was cut is the end of the file, whatever it contains: after a loss of power it may be
     /// zeros.
     bool next_whole(std::string& line);
-
-    /// The next character of a text, or byte of a file without a byte-order mark; -1 at the end. Throws like next() if the disk
-    /// fails.
-    int take();
-    [[nodiscard]] bool at_end();
 
     /// True if the text that next() will return starts with this.
     [[nodiscard]] bool starts_with(std::string_view text);
@@ -51,6 +42,9 @@ public:
 
 private:
     void skip_byte_order_mark();
+    /// The next character; -1 at the end.
+    int take();
+    [[nodiscard]] bool at_end();
     [[noreturn]] void report(const std::ios_base::failure& failure) const;
     bool read(std::string& line);
     void refuse_binary(const std::string& line) const;
@@ -61,9 +55,8 @@ private:
     std::uintmax_t read_bytes_ = 0;
     std::size_t line_ = 0;
     bool cut_ = false;
-    std::unique_ptr<InterruptGuard> guard_;  // only if it follows
-    bool is_wide_ = false;                   // UTF-16
-    bool low_first_ = true;                  // of its bytes
+    bool is_wide_ = false;   // UTF-16
+    bool low_first_ = true;  // of its bytes
 };
 
 /// Reads a small text file completely. Throws like LineReader, and InputError if the file is longer than `most_bytes` or contains

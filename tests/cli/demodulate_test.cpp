@@ -119,6 +119,17 @@ TEST(Demodulate, NamesEveryErrorWithItsLine) {
     expect(std::string("state\0,", 7), "binary");
 }
 
+TEST(Demodulate, InputsThatAreNoCapturesAreRefused) {
+    for (const auto& [arguments, says] :
+         {std::pair("/dev/zero", "/dev/zero:1: the line is longer"), std::pair("/no/such.csv", "/no/such.csv: cannot be opened"),
+          std::pair("/", "/: is a folder"), std::pair("x.csv --bits 32", "--bits: 32 is not possible; give 8 to 31")}) {
+        const auto result = tricoil(std::string("demodulate ") + arguments + kOptions);
+        EXPECT_EQ(result.exit_code, 2) << arguments;
+        EXPECT_THAT(result.err, HasSubstr(says));
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    }
+}
+
 /// Three coils at the same time, of a generator whose clock differs, and an offset. Channels: three of the sensor, the current.
 struct SimultaneousCoils {
     Eigen::Matrix3d x = dipole();
@@ -345,6 +356,11 @@ TEST(Demodulate, BadSignalsAreRefused) {
     expect(coils.samples(6000), "ppm off, more than 10000");
 }
 
+/// For at most 20 s.
+std::string wait_for_lines(const std::string& path, int count) {
+    return "for n in $(seq 200); do test $(wc -l < " + path + ") -ge " + std::to_string(count) + " && break; sleep 0.1; done";
+}
+
 /// A stream of unknown length, and a file that grows: rows appear before its end.
 TEST(Demodulate, FollowsAStreamAndAGrowingFile) {
     std::string wav = wav_of(SimultaneousCoils{}.samples(8000), WavKind::bits16, {0, 1, 2, 3});
@@ -358,10 +374,11 @@ TEST(Demodulate, FollowsAStreamAndAGrowingFile) {
     const std::string growing = write_file("growing.wav", wav.substr(0, wav.size() / 2));
     const std::string rest = write_file("rest.wav", wav.substr(wav.size() / 2));
     const std::string rows = path_in_temp("rows");
-    const auto followed = run_program("sh -c '" TRICOIL_PROGRAM " demodulate --follow --out - " + growing + arguments + " > " +
-                                          rows + " & sleep 1; wc -l < " + rows + "; cat " + rest + " >> " + growing +
-                                          "; sleep 1; kill -INT $!; wait $!; wc -l < " + rows + "'",
-                                      "");
+    const auto followed =
+        run_program("sh -c '" TRICOIL_PROGRAM " demodulate --follow --out - " + growing + arguments + " > " + rows + " & " +
+                        wait_for_lines(rows, 11) + "; wc -l < " + rows + "; cat " + rest + " >> " + growing + "; " +
+                        wait_for_lines(rows, 30) + "; kill -INT $!; wait $!; wc -l < " + rows + "'",
+                    "");
     EXPECT_EQ(followed.exit_code, 0) << followed.err;
     int early = 0;
     int all = 0;

@@ -65,8 +65,7 @@ TEST(Limits, KeysOfManyParts) {
 }
 
 TEST(Limits, InputWithoutAnEnd) {
-    for (const char* command : {"run --trajectory /dev/zero", "demodulate /dev/zero --carrier-hz 1e4 --rate-hz 2e5",
-                                "evaluate --calibration /dev/zero x.csv",
+    for (const char* command : {"run --trajectory /dev/zero", "evaluate --calibration /dev/zero x.csv",
                                 "calibrate stage --model concentric --out x.toml /dev/zero", "run --config /dev/zero"}) {
         expect_refused(command, "/dev/zero");
     }
@@ -86,7 +85,6 @@ TEST(Limits, TextOfManyShortLines) {
 TEST(Limits, InvalidNumbersAreRefused) {
     expect_refused("run --seed 99999999999999999999", "--seed: 99999999999999999999 is not an integer from 0 to");
     expect_refused("run --seed -1", "--seed");
-    expect_refused("demodulate x.csv --carrier-hz 1e4 --rate-hz 2e5 --bits 32", "--bits: 32 is not possible; give 8 to 31");
     expect_refused("run --wait -1", "--wait: -1 is not a number of seconds, 0 or more");
     expect_refused("device info can:can0 --wait 0", "--wait: 0 is not a positive number of seconds");
     expect_refused("device mode can:can0 --rate-hz nan", "--rate-hz must be a finite number");

@@ -22,6 +22,7 @@ protected:
     std::string folder_;
 };
 
+#ifdef TRICOIL_WITH_PYTHON
 TEST_F(Recordings, ADistantSensorIsDetected) {
     const auto result = tricoil("demodulate " + capture("far_sensor.csv"));
     ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -39,6 +40,7 @@ TEST_F(Recordings, OpenInputsAreReportedAsNoSensor) {
     EXPECT_THAT(result.err, ::testing::HasSubstr("no sensor"));
     EXPECT_GT(result.json()["misfit_share"].get<double>(), 0.15);
 }
+#endif
 
 TEST_F(Recordings, AHandIsTrackedToTheBoundWithFdm) {
     const std::string options = "run --json --trajectory " + folder_ + "/hand-motion/user1_cup0.traj";

@@ -235,6 +235,7 @@ TEST_F(Pty, LoaderEndsTheProtocol) {
     EXPECT_EQ(tricoil("device info --wait 0.3 " + device), 3);
 }
 
+#ifdef TRICOIL_WITH_PYTHON
 TEST_F(Pty, CapturedBlocksDemodulateToASensor) {
     plug_in("--duration 4 --scenario still");
     ASSERT_EQ(tricoil("device capture --repeats 3 --out " + in("capture.csv") + " " + device), 0) << err;
@@ -247,6 +248,7 @@ TEST_F(Pty, CapturedBlocksDemodulateToASensor) {
     EXPECT_GT(analysis["determinant"], 0);
     EXPECT_EQ(analysis["reference_channel"], 3);
 }
+#endif
 
 /// Every code of the first block, in its channel.
 TEST_F(Pty, CapturedCodesAreThoseOfTheConverters) {

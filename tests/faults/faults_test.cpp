@@ -140,7 +140,9 @@ TEST_F(Faults, AFailedReadIsNotTheEndOfAFile) {
         {"convert " + recording_ + " --out " + out_, recording_ + "/recording.json"},
         {"replay " + recording_ + " --out " + out_, recording_ + "/inputs.csv"},
         {"replay " + recording_ + " --out " + out_, recording_ + "/poses.csv"},
+#ifdef TRICOIL_WITH_PYTHON
         {"demodulate " + capture_ + " --carrier-hz 10000 --rate-hz 200000", capture_},
+#endif
     };
     for (const auto& [command, path] : commands) {
         EXPECT_GT(expect_each_is_told(command, "read", path, out_), 0) << command << ": " << path << " was never read";

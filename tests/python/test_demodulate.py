@@ -197,7 +197,7 @@ class Files(unittest.TestCase):
         values = at_once(50)
         for bits, length in ((16, None), (24, 0), (32, 0xFFFFFFFF)):
             for count in (1, 7, 1 << 20):
-                stream = Bytes(wav(values, bits, length=length), count)
+                stream = Bytes(wav(values, bits, length=length) + (b"LIST" + bytes(96) if length is None else b""), count)
                 samples = WavSamples(stream, stream.read())
                 parts = []
                 while (part := samples.next()) is not None:
@@ -261,6 +261,23 @@ class Files(unittest.TestCase):
         self.assertEqual(done.stderr, "tricoil: standard output could not be written completely (No space left on device); is the disk full?\n")
         with self.assertRaisesRegex(ValueError, "unknown option"):
             tricoil.command("demodulate", path, carrier_hz=1, nothing=2)
+
+
+class Captures(unittest.TestCase):
+    def test_codes_are_centred_after_the_first_block(self):
+        for first, expected in ((0, [-32768, 0, 0, 4464]), (-1, [-1, 32768, 32768, 37232])):
+            text = f"a,b,c\n{first},0,0\n32768,0,0\n32768,0,0\n37232,0,0\n"
+            capture = open_capture(Bytes(text.encode()))
+            values = np.concatenate([blocks.values[:, 0, 0] for blocks in capture.blocks(1)])
+            self.assertEqual(values.tolist(), expected)
+
+    def test_coils_in_turn_come_in_parts_of_any_length(self):
+        text = Damage.SEEDS[0]
+        for count in (1, 13, 1 << 20):
+            parts = list(open_capture(Bytes(text, count)).blocks(5))
+            self.assertEqual(np.concatenate([part.coil for part in parts]).tolist(), [0, 1, 2] * 4)
+            self.assertEqual(np.concatenate([part.repeat for part in parts]).tolist(), [n // 3 for n in range(12)])
+            self.assertEqual(np.concatenate([part.begin for part in parts]).tolist(), list(range(0, 24, 2)))
 
 
 class Damage(unittest.TestCase):

@@ -4,7 +4,7 @@ import random
 import unittest
 
 import numpy as np
-from tricoil._table_rows import Table, cell_number, cells_of, separator_of
+from tricoil._table_rows import Table, cell_number, cells_of, plain_numbers, separator_of
 
 PLAIN = [["x", "y", "z"], ["0.5", "-2", "1e-3"], ["1.25", "+7", "0"], ["3", ".5", "-1."]]
 NUMBERS = np.array([[0.5, -2, 1e-3], [1.25, 7, 0], [3, 0.5, -1]])
@@ -99,6 +99,8 @@ class Tables(unittest.TestCase):
         for cell in ("nan", "inf", "-INF"):
             self.refused(f"x,y,z\n1,{cell},3\n", f"2: y: '{cell}' is not finite; remove or repair the line")
         self.refused("x,y,z\n1,2,3\n4,5\n", "3: 2 columns; 3 are needed, as in line 1")
+        self.refused("x,y,z\n1,2,3\n1,2,3,4\n5,6\n", "3: 4 columns; 3 are needed")
+        self.refused("x,y,z\n1,2,3\n1,2\n3,4,5,6\n", "3: 2 columns; 3 are needed")
         self.refused("1,2,3\n4,5,6\n", "1: has numbers; the header must have x,y,z")
         self.refused("x,y,other\n1,2,3\n", "1: no column z; the header must have x,y,z")
         self.refused("x,y,z,z\n1,2,3,3\n", "1: more than one column z; the header must have x,y,z")
@@ -122,6 +124,26 @@ class Tables(unittest.TestCase):
                 read(b"x,y,z\n" + text.encode(), count=random.choice((3, 1 << 20)))
             except ValueError as error:
                 self.assertRegex(str(error), r"^t\.csv:")
+
+
+class Plain(unittest.TestCase):
+    def test_numbers(self):
+        for text, separator, expected in ((b"1,2.5\n-3,4e1\n", ",", [[1, 2.5], [-3, 40]]), (b"1;2,5\r\n3;4\r\n", ";", [[1, 2.5], [3, 4]]),
+                                          (b" 1  2\n3 4 \n", " ", [[1, 2], [3, 4]]), (b"+1\t.5", "\t", [[1, 0.5]])):
+            np.testing.assert_array_equal(plain_numbers(text, separator, 2, None), expected)
+
+    def test_anything_else_is_left_to_the_rules(self):
+        for text in (b"", b"1,2\n\n3,4\n", b"1,2\n3\n", b"1,2,3\n4\n", b"1\n2,3,4\n", b"1,\n2,3\n", b"1,2\n#3,4\n", b"1,x\n", b"1,nan\n", b'1,"2"\n', b"1,2-3\n",
+                     b"1,+-2\n", b"1,2.3.4\n", b"1,1_0\n", b"1,2e\n", b"1, 2\n"):
+            self.assertIsNone(plain_numbers(text, ",", 2, None), text)
+        for text in (b"1 2 3\n4\n", b"1\n2 3 4\n", b"1 2\n\n3 4\n"):
+            self.assertIsNone(plain_numbers(text, " ", 2, None), text)
+
+    def test_states(self):
+        np.testing.assert_array_equal(plain_numbers(b"5,S1\n6,S3\n", ",", 2, 1), [[5, 1], [6, 3]])
+        np.testing.assert_array_equal(plain_numbers(b"S1 5\nS4 6", " ", 2, 0), [[1, 5], [4, 6]])
+        for text in (b"S1,2\n1,3\n", b"S1,2\n3,S1\n", b"S11,2\n", b"S,2\n", b"SS,2\n", b"S1.0,2\n"):
+            self.assertIsNone(plain_numbers(text, ",", 2, 0), text)
 
 
 class Cells(unittest.TestCase):

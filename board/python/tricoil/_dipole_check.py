@@ -7,7 +7,7 @@ from . import _tricoil
 LEAST_ROOT = 8 * np.finfo(float).eps  # product of the smaller singular values, of a matrix whose largest entry is 1
 
 
-def _verdict(x, scatter, s, snr_db, misfit_share):
+def _verdict(x, s, snr_db, misfit_share):
     largest = abs(x).max()
     if not largest > np.finfo(float).tiny:
         return "no sensor: signal matrix is zero: no field at the sensor"
@@ -31,6 +31,6 @@ def sensor_in(x, scatter) -> dict:
     is_solved = abs(x).max() > np.finfo(float).tiny and s[1] * s[2] / abs(x).max() ** 2 > LEAST_ROOT
     snr_db = float(20 * np.log10(strength / max(deviation, 1e-300))) if is_solved else 0.0
     misfit_share = float(misfit / np.sum(x**2)) if is_solved else 0.0
-    verdict = _verdict(x, scatter, s, snr_db, misfit_share)
+    verdict = _verdict(x, s, snr_db, misfit_share)
     return {"sensor_present": verdict is None, "verdict": verdict or "sensor present", "singular_values": s.tolist(), "snr_db": snr_db,
             "misfit_share": misfit_share}

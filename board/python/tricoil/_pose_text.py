@@ -1,12 +1,13 @@
 """Lines of a table of poses: separator, comments, quoted names, decimal comma."""
 
-import csv
 import dataclasses
 import re
 
 import numpy as np
 
 from ._poses import PoseError
+from ._table_rows import cells_of as split
+from ._table_rows import separator_of
 
 COMMENT = ("#", "%", "//")
 POLHEMUS = "sensor,x,y,z,azimuth,elevation,roll"
@@ -61,20 +62,6 @@ def decoded(data: bytes) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return data.decode("latin-1")
-
-
-def separator_of(line: str) -> str:
-    """The character between the fields of this line; a blank stands for any number of blanks."""
-    unquoted = re.sub('"[^"]*"', "", line)
-    return next((c for c in "\t;," if c in unquoted), " ")
-
-
-def split(line: str, separator: str) -> list[str]:
-    if '"' in line:
-        return [text.strip() for text in next(csv.reader([line.strip()], delimiter=separator, skipinitialspace=True))]
-    if separator == " ":
-        return line.split()
-    return [text.strip() for text in line.split(separator)]
 
 
 def is_number(text):
