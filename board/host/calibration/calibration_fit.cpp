@@ -97,9 +97,13 @@ public:
 private:
     /// Several mountings start from fits with this model.
     void fit_coils() {
+        constexpr int kMostRounds = 12;
+        constexpr double kSettled = 0.9;  // of the loss before: more rounds do not change it
         const auto last = static_cast<int>(options_.model);
         for (int stage = source_.size() > 1 ? last : 0; stage <= last; ++stage) {
-            for (int round = 0; round < (stage == 0 ? 3 : 2); ++round) {
+            double before_m = 0;
+            for (int round = 0; round < (stage == 0 ? 3 : 2) || (round < kMostRounds && loss_m_ < kSettled * before_m); ++round) {
+                before_m = loss_m_;
                 solve(static_cast<FitModel>(stage), loss_m_);
             }
         }
@@ -174,10 +178,10 @@ private:
             alone.back().start();
             alone.back().fit_coils();
         }
-        const auto worse = [](const Fit& a, const Fit& b) {
+        const auto is_better = [](const Fit& a, const Fit& b) {
             return std::pair(a.left_handed_couplings_, a.loss_m_) < std::pair(b.left_handed_couplings_, b.loss_m_);
         };
-        const Fit& best = *std::min_element(alone.begin(), alone.end(), worse);
+        const Fit& best = *std::min_element(alone.begin(), alone.end(), is_better);
         coupling_constant_ = best.coupling_constant_;
         start_rms_m_ = best.start_rms_m_;
         left_handed_ = best.left_handed_;
@@ -251,7 +255,7 @@ private:
     void solve(FitModel model, double loss_m) {
         const double solves = 3 + 2 * static_cast<double>(options_.model) + (stage_model() != StageModel::ideal ? 3 : 0);
         if (options_.progress) {
-            options_.progress(solves_++ / solves);
+            options_.progress(std::min(solves_++ / solves, 1.0));
         }
         problem_ = std::make_unique<ceres::Problem>();
         pose_blocks_.clear();
@@ -468,6 +472,24 @@ void correct_files(const CalibrationFit& fit, std::vector<PoseFile>& files) {
     std::ranges::for_each(files, [&](PoseFile& file) { fit.wiring.at(file.path).correct(file); });
 }
 
+namespace {
+
+/// Mean ratio of the residuals of the other files with this source fixture to those without it; 0 if there is no fit without it.
+double gain_without(const std::string& source, const std::vector<PoseFile>& files, const CalibrationFit& with_all,
+                    const FitOptions& options) try {
+    constexpr double kExact = 1e-6;  // smaller residuals are equal
+    double gain = 0;
+    const CalibrationFit fit = Fit(without(files, source), options).run();
+    for (const auto& [path, residual] : fit.residual_rms_by_file) {
+        gain += std::max(with_all.residual_rms_by_file.at(path), kExact) / std::max(residual, kExact);
+    }
+    return gain / static_cast<double>(fit.residual_rms_by_file.size());
+} catch (const InputError&) {
+    return 0;
+}
+
+}  // namespace
+
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options) {
     constexpr double kClearly = 1.25;
     constexpr std::size_t kFewest = 3;  // two mountings of the source fit each other almost always
@@ -477,11 +499,7 @@ CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOpti
     std::string worst;
     for (const auto& [source, fixture] : with_all.source_stage) {
         if (with_all.source_stage.size() > kFewest) {
-            const CalibrationFit fit = Fit(without(files, source), options).run();
-            double gain = 0;
-            for (const auto& [path, residual] : fit.residual_rms_by_file) {
-                gain += with_all.residual_rms_by_file.at(path) / residual / static_cast<double>(fit.residual_rms_by_file.size());
-            }
+            const double gain = gain_without(source, files, with_all, options);
             if (gain > most) {
                 most = gain;
                 worst = source;

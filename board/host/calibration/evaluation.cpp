@@ -14,6 +14,7 @@
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/statistics.hpp"
+#include "board/support/terminal_text.hpp"
 #include "core/calibration/coil_correction.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/linear/eigen.hpp"
@@ -45,20 +46,6 @@ const Rigid& fixture_of(const std::map<std::string, Rigid>& known, const std::st
                         file.path, side, name, fmt::join(names, ", ")));
     }
     return found->second;
-}
-
-/// Calls use(file, pose, true pose, source fixture) for each pose.
-template <typename Use>
-void for_each_pose(const CalibrationFile& calibration, std::vector<PoseFile> files, const Use& use) {
-    if (calibration.stage_turns_left_handed) {
-        transpose_rotations(files);
-    }
-    for (std::size_t f = 0; f < files.size(); ++f) {
-        const auto [source, mount] = fixtures_of(calibration, files[f]);
-        for (const MeasuredPose& pose : files[f].poses) {
-            use(f, pose, true_pose(source, pose, mount, calibration.stage_errors));
-        }
-    }
 }
 
 /// Direction from the source to the middle of the true positions, per source fixture: another fixture turns the source.
@@ -101,7 +88,20 @@ Fixtures fixtures_of(const CalibrationFile& calibration, const PoseFile& file) {
             fixture_of(calibration.mount_sensor, sensor_fixture_name(file), "sensor", file)};
 }
 
-std::vector<FileWiring> correct_wiring(const CalibrationFile& calibration, std::vector<PoseFile>& files) {
+void for_each_pose(const CalibrationFile& calibration, std::vector<PoseFile> files,
+                   const std::function<void(std::size_t, const MeasuredPose&, const solver::RigidPose<double>&)>& use) {
+    if (calibration.stage_turns_left_handed) {
+        transpose_rotations(files);
+    }
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        const auto [source, mount] = fixtures_of(calibration, files[f]);
+        for (const MeasuredPose& pose : files[f].poses) {
+            use(f, pose, true_pose(source, pose, mount, calibration.stage_errors));
+        }
+    }
+}
+
+void correct_wiring(const CalibrationFile& calibration, std::vector<PoseFile>& files) {
     constexpr double kCertain = 0.9;
     using Correlation = std::array<Mat3<double>, 2>;  // as read, transposed
     std::vector<Correlation> correlations(files.size(), {Mat3<double>::Zero(), Mat3<double>::Zero()});
@@ -111,8 +111,8 @@ std::vector<FileWiring> correct_wiring(const CalibrationFile& calibration, std::
         correlations[f][0] += scale * model.cwiseProduct(pose.x);
         correlations[f][1] += scale * model.cwiseProduct(pose.x.transpose());
     });
-    std::vector<FileWiring> found(files.size());
     for (std::size_t f = 0; f < files.size(); ++f) {
+        FileWiring found;
         double most = std::max(correlations[f][0].sum(), kCertain);
         for (int k = 1; k < 128; ++k) {
             const auto sign = [k](int bit) { return (k >> bit & 1) != 0 ? -1.0 : 1.0; };
@@ -120,13 +120,15 @@ std::vector<FileWiring> correct_wiring(const CalibrationFile& calibration, std::
             const double sum = wiring.sensor.dot(correlations[f][wiring.transposed ? 1 : 0] * wiring.source);
             if (sum > most + 1e-9) {
                 most = sum;
-                found[f] = wiring;
+                found = wiring;
             }
         }
-        found[f].count_fewest();
-        found[f].correct(files[f]);
+        found.count_fewest();
+        found.correct(files[f]);
+        if (found.differs()) {
+            print_notice("tricoil: {}: unlike the calibration: {}; corrected\n", files[f].path, found.text());
+        }
     }
-    return found;
 }
 
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
@@ -217,9 +219,10 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
 
 }  // namespace
 
-CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
+CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, std::vector<PoseFile>& files,
                                        EvaluationSolver solver) {
     CalibrationFile result = calibration;
+    bool sense_known = false;
     std::map<std::string, std::vector<PoseFile>> by_source;
     for (const PoseFile& file : files) {
         by_source[source_fixture_name(file)].push_back(file);
@@ -236,21 +239,24 @@ CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const
         const Rigid source{signs.asDiagonal() * guess.source_stage.rotation,
                            signs.asDiagonal() * guess.source_stage.translation_m};
         if (result.source_stage.try_emplace(name, source).second) {
+            refuse_if(sense_known && result.stage_turns_left_handed != guess.stage_turns_left_handed,
+                      "{}: the stage turns in the opposite direction to that in the other files; evaluate them separately",
+                      group[0].path);
+            sense_known = true;
             result.stage_turns_left_handed = guess.stage_turns_left_handed;
         }
         for (std::size_t i = 0; i < group.size(); ++i) {
             result.mount_sensor.try_emplace(sensor_fixture_name(group[i]), guess.mount_sensor[i]);
         }
     }
-    std::vector<PoseFile> corrected = files;
-    (void)correct_wiring(result, corrected);
-    std::vector<PoseFile> turned = corrected;
+    correct_wiring(result, files);
+    std::vector<PoseFile> turned = files;
     if (result.stage_turns_left_handed) {
         transpose_rotations(turned);
     }
     constexpr int kRounds = 5;
     for (int round = 0; round < kRounds; ++round) {
-        refine_fixtures(result, turned, evaluate(result, corrected, solver));
+        refine_fixtures(result, turned, evaluate(result, files, solver));
     }
     return result;
 }

@@ -1,6 +1,7 @@
 // Pose errors of a calibrated tracker relative to a stage.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "board/host/calibration/pose_set.hpp"
@@ -36,12 +37,15 @@ Fixtures fixtures_of(const CalibrationFile& calibration, const PoseFile& file);
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                     EvaluationSolver solver);
 
-/// Corrects files whose couplings are transposed, or whose coils are reversed, relative to the calibration: a correlation with
-/// the couplings at the true poses of more than 0.9 shows it. Returns the differences by file.
-std::vector<FileWiring> correct_wiring(const CalibrationFile& calibration, std::vector<PoseFile>& files);
+/// Calls use(index of the file, pose, true pose) for each pose. Throws InputError like fixtures_of().
+void for_each_pose(const CalibrationFile& calibration, std::vector<PoseFile> files,
+                   const std::function<void(std::size_t, const MeasuredPose&, const solver::RigidPose<double>&)>& use);
 
-/// Fits the fixtures of these files with fixed magnetic parameters.
-CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
-                                       EvaluationSolver solver);
+/// Corrects files whose couplings are transposed, or whose coils are reversed, relative to the calibration: a correlation with
+/// the couplings at the true poses of more than 0.9 shows it. Prints a notice for each.
+void correct_wiring(const CalibrationFile& calibration, std::vector<PoseFile>& files);
+
+/// Fits the fixtures of these files, which it corrects like correct_wiring(), with fixed magnetic parameters.
+CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, std::vector<PoseFile>& files, EvaluationSolver solver);
 
 }  // namespace tricoil::host

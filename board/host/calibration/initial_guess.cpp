@@ -9,6 +9,7 @@
 
 #include "board/host/calibration/pose_residual.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/statistics.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/linear/cholesky.hpp"
 #include "core/linear/eigen.hpp"
@@ -20,36 +21,28 @@ namespace {
 constexpr std::size_t kMinPoses = 30;  // nine products for each pair of coils, and noise
 constexpr double kMinSpread = 0.02;    // ratio of the smallest to the largest principal extent of the stage positions
 
-using PoseList = std::vector<std::pair<const MeasuredPose*, std::size_t>>;
-
-PoseList all_poses(const std::vector<PoseFile>& files) {
-    PoseList list;
-    for (std::size_t f = 0; f < files.size(); ++f) {
-        for (const MeasuredPose& pose : files[f].poses) {
-            list.emplace_back(&pose, f);
+void check_spread(const std::vector<PoseFile>& files) {
+    const std::size_t poses = count_poses(files);
+    refuse_if(poses < kMinPoses, "{} poses are too few to calibrate; at least {} are needed, spread over the workspace", poses,
+              kMinPoses);
+    Eigen::Matrix3Xd positions(3, poses);
+    Mat3<double> mean = Mat3<double>::Zero();
+    Index i = 0;
+    for (const PoseFile& file : files) {
+        for (const MeasuredPose& pose : file.poses) {
+            refuse_if(pose.x.isZero(0), "{}:{}: all in-phase couplings are zero; remove the row", file.path, pose.line);
+            positions.col(i++) = eigen(pose.stage_position_m);
+            mean += pose.stage_rotation / static_cast<double>(poses);
         }
-    }
-    return list;
-}
-
-void check_spread(const PoseList& list) {
-    refuse_if(list.size() < kMinPoses, "{} poses are too few to calibrate; at least {} are needed, spread over the workspace",
-              list.size(), kMinPoses);
-    Eigen::Matrix3Xd positions(3, list.size());
-    for (std::size_t i = 0; i < list.size(); ++i) {
-        positions.col(static_cast<Index>(i)) = eigen(list[i].first->stage_position_m);
     }
     const Vec3<double> extent = extents(positions);
     refuse_if(extent(2) < kMinSpread * extent(0),
               "the stage's positions lie in one plane or on one line; calibration needs poses spread in all three directions");
-    Mat3<double> mean = Mat3<double>::Zero();
-    for (const auto& [pose, file] : list) {
-        mean += pose->stage_rotation / static_cast<double>(list.size());
-    }
     refuse_if(singular_values(eigen(mean))(2) > 0.999,
               "the stage does not rotate; calibration needs poses in different attitudes (20 degrees and more)");
 }
 
+constexpr std::size_t kFewestPoses = 12;    // of a fixture: nine products for each pair of coils, and its place
 constexpr std::size_t kPosesPerFile = 150;  // that the search uses
 constexpr double kRidge = 1e-9;             // relative; products that the poses do not determine stay small
 constexpr double kFinest_m = 2e-4;          // last step of the search; the fit that follows starts from centimetres
@@ -106,8 +99,11 @@ public:
         middle_m_ /= static_cast<double>(count_poses(files_));
     }
 
-    CoilPlaces run() {
-        CoilPlaces best = best_centre();
+    /// From `best`, or if empty, from the best common centre.
+    CoilPlaces run(CoilPlaces best = {}) {
+        if (best.sensor_m.empty()) {
+            best = best_centre();
+        }
         double cost = cost_of(best);
         for (const bool common : {true, false}) {
             for (double step_m = 0.02; step_m > kFinest_m; step_m /= 2) {
@@ -121,12 +117,12 @@ public:
 private:
     /// Of a grid of directions to the faces, edges and corners of a cube.
     [[nodiscard]] CoilPlaces best_centre() const {
-        CoilPlaces best;
+        CoilPlaces best{Mat3<double>::Zero(), std::vector(files_.size(), Vec3<double>(Vec3<double>::Zero()))};
         double least = std::numeric_limits<double>::max();
         for (int cell = 0; cell < 27; ++cell) {
             const Vec3<double> towards(cell % 3 - 1, cell / 3 % 3 - 1, cell / 9 - 1);
             for (double range_m = 0.06; range_m < 4; range_m *= 1.4) {
-                CoilPlaces at{Mat3<double>::Zero(), std::vector(files_.size(), Vec3<double>(Vec3<double>::Zero()))};
+                CoilPlaces at{Mat3<double>::Zero(), best.sensor_m};
                 at.source_m.colwise() += middle_m_ + (range_m / std::max(towards.norm(), 1.0)) * towards;
                 if (const double cost = cost_of(at); cost < least) {
                     least = cost;
@@ -188,6 +184,34 @@ Matrix<double, 9, 9> fit_products(const PoseFile& file, const Mat3<double>& sour
     return all;
 }
 
+/// Poses of the file that the products of `used` explain, in medians of the unexplained share.
+PoseFile without_outliers(const PoseFile& file, const PoseFile& used, const Mat3<double>& source_m,
+                          const Vec3<double>& sensor_m) {
+    constexpr double kMedians = 2;
+    const Matrix<double, 9, 9> products = fit_products(used, source_m, sensor_m);
+    std::vector<double> rests;
+    for (const MeasuredPose& pose : file.poses) {
+        Mat3<double> rest = pose.x;
+        for (Index j = 0; j < 3; ++j) {
+            const Vec3<double> r = pose.stage_position_m + pose.stage_rotation * sensor_m - source_m.col(j);
+            const Mat3<double> field = pose.stage_rotation.transpose() * field::dipole_factor<double>(r.normalized()) /
+                                       std::pow(std::max(r.norm(), 1e-6), 3);
+            for (Index i = 0; i < 3; ++i) {
+                rest(i, j) -= field.cwiseProduct(products.block<3, 3>(3 * i, 3 * j)).sum();
+            }
+        }
+        rests.push_back(rest.norm() / pose.x.norm());
+    }
+    const double limit = kMedians * median(rests);
+    PoseFile kept;
+    for (std::size_t k = 0; k < rests.size(); ++k) {
+        if (rests[k] <= limit) {
+            kept.poses.push_back(file.poses[k]);
+        }
+    }
+    return kept;
+}
+
 /// Moments and sensitivities of one file, from the dominant singular vectors of their products.
 struct Factors {
     Mat3<double> moments;        // one column per source coil, stage
@@ -239,13 +263,35 @@ Mat3<double> symmetric_part(const Mat3<double>& m, const Mat3<double>& rotation)
     return 0.5 * (s + s.transpose());
 }
 
+/// A file with few poses also gets those of the other files of its sensor fixture.
+PoseFile pooled(const PoseFile& file, const std::vector<PoseFile>& files) {
+    PoseFile pool = file;
+    for (const PoseFile& other : files) {
+        if (file.poses.size() < kFewestPoses && other.path != file.path &&
+            sensor_fixture_name(other) == sensor_fixture_name(file)) {
+            pool.poses.insert(pool.poses.end(), other.poses.begin(), other.poses.end());
+        }
+    }
+    return pool;
+}
+
 /// Everything but the sense of the stage and the order of the couplings.
 InitialGuess fit_coils(const std::vector<PoseFile>& files) {
+    constexpr int kRounds = 6;
     InitialGuess guess;
-    const CoilPlaces places = PlaceSearch(files).run();
+    std::vector<PoseFile> pools;
+    std::ranges::transform(files, std::back_inserter(pools), [&](const PoseFile& file) { return pooled(file, files); });
+    std::vector<PoseFile> used = pools;
+    CoilPlaces places = PlaceSearch(used).run();
+    for (int round = 0; round < kRounds; ++round) {
+        for (std::size_t f = 0; f < files.size(); ++f) {
+            used[f] = without_outliers(pools[f], used[f], places.source_m, places.sensor_m[f]);
+        }
+        places = PlaceSearch(used).run(places);
+    }
     std::vector<Factors> factors;
     for (std::size_t f = 0; f < files.size(); ++f) {
-        factors.push_back(factors_of(fit_products(files[f], places.source_m, places.sensor_m[f])));
+        factors.push_back(factors_of(fit_products(used[f], places.source_m, places.sensor_m[f])));
     }
     find_reversed_coils(files, factors, guess);
     Mat3<double> moments = Mat3<double>::Zero();
@@ -304,7 +350,15 @@ void transpose_rotations(std::span<PoseFile> files) {
 
 InitialGuess guess_start(const std::vector<PoseFile>& files) {
     constexpr double kExplained = 0.05;  // a smaller misfit share shows the right order of the couplings
-    check_spread(all_poses(files));
+    check_spread(files);
+    for (const PoseFile& file : files) {
+        const std::size_t poses = pooled(file, files).poses.size();
+        refuse_if(
+            poses < kFewestPoses,
+            "{}: sensor fixture '{}' has {} poses; {} are needed: add poses, or if files have the same fixtures, name these: "
+            "--fixture FILE=soSOURCE_seSENSOR",
+            file.path, sensor_fixture_name(file), poses, kFewestPoses);
+    }
     InitialGuess best;
     double least = std::numeric_limits<double>::max();
     for (const bool transposed : {false, true}) {

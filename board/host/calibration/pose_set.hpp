@@ -58,8 +58,8 @@ std::optional<Mat3<double>> rotation_of_fixture(const std::string& name);
 PoseFile read_pose_file(const std::string& path);
 PoseFile read_pose_file(Table& table);
 
-/// All files; throws InputError also if one is named twice. fixtures: FILE=NAME for files whose names do not contain the
-/// fixtures, with NAME soSOURCE_seSENSOR or only the source's.
+/// All files; throws InputError also if one is named twice. fixtures: FILE=NAME, with NAME soSOURCE_seSENSOR or only the
+/// source's, instead of those in the file names.
 std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths, const std::vector<std::string>& fixtures = {});
 
 std::size_t count_poses(const std::vector<PoseFile>& files);

@@ -87,17 +87,11 @@ void refuse_bad_fit(const ModelErrors& without, const ModelErrors& with, const s
 }  // namespace
 
 SurroundingsData data_at_known_fixtures(const CalibrationFile& coils, std::vector<PoseFile> files) {
-    if (coils.stage_turns_left_handed) {
-        transpose_rotations(files);
-    }
+    correct_wiring(coils, files);
     SurroundingsData data;
-    for (const PoseFile& file : files) {
-        const auto [source, mount] = fixtures_of(coils, file);
-        for (const MeasuredPose& pose : file.poses) {
-            const auto truth = true_pose(source, pose, mount, coils.stage_errors);
-            data.poses.push_back({truth.position_m, truth.q_source_sensor.toRotationMatrix(), pose.x});
-        }
-    }
+    for_each_pose(coils, files, [&](std::size_t, const MeasuredPose& pose, const solver::RigidPose<double>& truth) {
+        data.poses.push_back({truth.position_m, truth.q_source_sensor.toRotationMatrix(), pose.x});
+    });
     return data;
 }
 

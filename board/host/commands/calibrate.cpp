@@ -206,7 +206,7 @@ void add_model(CLI::App* kind, FitModel& model) {
 
 void add_fixture_names(CLI::App* kind, std::vector<std::string>& names) {
     kind->add_option("--fixture", names,
-                     "Fixtures of a file whose name does not contain them: FILE=soSOURCE_seSENSOR, or FILE=SOURCE (may be given "
+                     "Fixtures of a file, instead of those in its name: FILE=soSOURCE_seSENSOR, or FILE=SOURCE (may be given "
                      "several times)")
         ->type_name("FILE=NAME")
         ->expected(1)

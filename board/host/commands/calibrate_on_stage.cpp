@@ -6,6 +6,7 @@
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/calibrations.hpp"
+#include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/progress.hpp"
 
@@ -17,19 +18,16 @@ struct StageCommand {
     FitModel model = FitModel::general;
     FixtureModel fixtures = FixtureModel::free;
     StageModel stage = StageModel::ideal;
-    const CLI::Option* stage_option = nullptr;  // not given: as many errors as the mountings show
+    const CLI::Option* stage_option = nullptr;  // not given: by the number of mountings
     std::vector<std::string> fixture_names;     // FILE=NAME
     bool converters = false;                    // also the errors of the board's converters
 };
 
-Vec3<double> mean_direction(const std::vector<PoseFile>& files, const CalibrationFit& fit) {
+Vec3<double> mean_direction(const std::vector<PoseFile>& files, const CalibrationFile& calibration) {
     Vec3<double> sum = Vec3<double>::Zero();
-    for (const PoseFile& file : files) {
-        for (const MeasuredPose& pose : file.poses) {
-            sum += true_pose(fit.source_stage.at(source_fixture_name(file)), pose, fit.mount_sensor.at(sensor_fixture_name(file)))
-                       .position_m.normalized();
-        }
-    }
+    for_each_pose(calibration, files, [&](std::size_t, const MeasuredPose&, const solver::RigidPose<double>& truth) {
+        sum += truth.position_m.normalized();
+    });
     return sum.normalized();
 }
 
@@ -90,7 +88,8 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     }
     auto files = read_pose_files(command.files.data, command.fixture_names);
     result["unknown_levels"] = correct_converters(files, stored).unknown;
-    const Mat3<double> phase_rad = remove_own_phases(files);
+    auto measured = files;
+    (void)remove_own_phases(files);
     Progress progress("calibrate");
     options.progress = progress.part(0, 1);
     ConverterFit converters;
@@ -102,9 +101,16 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     }
     const CalibrationFit& fit = converters.coils;
     describe_fit(fit, command, report);
+    files = std::move(measured);
+    (void)correct_converters(files, converters.errors);
     correct_files(fit, files);
+    const Mat3<double> phase_rad = remove_own_phases(files);  // of the channels: not before the order of the couplings is known
     for (const auto& [path, wiring] : fit.wiring) {
         if (wiring.differs()) {
+            refuse_if(
+                wiring.transposed && (command.converters || stored != signal::ConverterErrors{}),
+                "{}: couplings transposed; errors of converters need them in the order of the sensor coils: correct the file",
+                path);
             report.warnings.push_back(fmt::format("{}: {}; corrected", path, wiring.text()));
         }
     }
@@ -117,7 +123,7 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     file.stage_turns_left_handed = fit.stage_turns_left_handed;
     file.stage_errors = fit.stage_errors;
     file.residual_rms = fit.residual_rms;
-    file.calibration.hemisphere = mean_direction(files, fit);
+    file.calibration.hemisphere = mean_direction(files, file);
     file.calibration.phase_rad = phase_rad;
     file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, files));
     const auto solver = options.model == FitModel::concentric ? EvaluationSolver::direct : EvaluationSolver::refined;

@@ -200,12 +200,8 @@ int evaluate_command(const EvaluateCommand& command) {
     const double expected = calibration.residual_rms;
     if (command.refit_fixtures) {
         calibration = with_refitted_fixtures(calibration, files, solver);
-    }
-    const auto wiring = correct_wiring(calibration, files);
-    for (std::size_t f = 0; f < files.size(); ++f) {
-        if (wiring[f].differs()) {
-            print_notice("tricoil: {}: unlike the calibration: {}; corrected\n", files[f].path, wiring[f].text());
-        }
+    } else {
+        correct_wiring(calibration, files);
     }
     const auto errors = evaluate(calibration, files, solver);
     if (command.refit_fixtures) {
