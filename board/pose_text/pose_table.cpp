@@ -20,7 +20,7 @@ auto unit_of(const Table& table) {
 
 bool PoseTable::in(const Table& table) { return unit_of(table) != kLengthUnits.end(); }
 
-PoseTable::PoseTable(Table& table) : table_(table) {
+PoseTable::PoseTable(const Table& table) : table_(table) {
     const auto unit = unit_of(table);
     unit_ = unit == kLengthUnits.end() ? "m" : *unit;
     (void)table.column("x_" + unit_, kExpected);
@@ -28,7 +28,7 @@ PoseTable::PoseTable(Table& table) : table_(table) {
 }
 
 double PoseTable::number(std::string_view column, std::optional<double> absent) const {
-    return absent && !has(column) ? *absent : table_.number(table_.column(column, kExpected));
+    return absent && !table_.has(column) ? *absent : table_.number(table_.column(column, kExpected));
 }
 
 Vec3<double> PoseTable::lengths_m(const std::array<const char*, 3>& names) const {
@@ -40,7 +40,7 @@ Vec3<double> PoseTable::lengths_m(const std::array<const char*, 3>& names) const
 }
 
 Quat<double> PoseTable::attitude(double tolerance) const {
-    return normalised({number("qw"), number("qx"), number("qy"), number("qz")}, where(), tolerance);
+    return normalised({number("qw"), number("qx"), number("qy"), number("qz")}, table_.place().str(), tolerance);
 }
 
 Vec6<double> PoseTable::deviations() const {

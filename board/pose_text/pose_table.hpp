@@ -11,21 +11,15 @@
 
 namespace tricoil::host {
 
-/// Rows of a table, one by one. All functions throw InputError that names file and line.
+/// Poses of the rows of a table. All functions throw InputError that names file and line.
 class PoseTable {
 public:
     /// Throws for a header without positions.
-    explicit PoseTable(Table& table);
+    explicit PoseTable(const Table& table);
 
     /// True for a table with positions.
     [[nodiscard]] static bool in(const Table& table);
 
-    /// Goes to the next row; false at the end.
-    bool next() { return table_.next(); }
-    /// "FILE:LINE" of the row.
-    [[nodiscard]] std::string where() const { return table_.place().str(); }
-
-    [[nodiscard]] bool has(std::string_view column) const { return table_.has(column); }
     /// Throws for a missing column, unless there is a number for its absence.
     [[nodiscard]] double number(std::string_view column, std::optional<double> absent = std::nullopt) const;
     /// From x_U, y_U, z_U with a unit U.
@@ -38,7 +32,7 @@ public:
 private:
     [[nodiscard]] Vec3<double> lengths_m(const std::array<const char*, 3>& names) const;
 
-    Table& table_;
+    const Table& table_;
     std::string unit_;
     double units_per_m_ = 1;
 };

@@ -54,13 +54,14 @@ Records read_recording(const std::string& folder) {
 Records read_pose_table(LineReader lines) {
     Records records;
     Table rows(std::move(lines));
-    PoseTable table(rows);
-    while (table.next()) {
+    const PoseTable table(rows);
+    while (rows.next()) {
+        const std::string where = rows.place().str();
         const auto convert = [&] {
             const Vec3<double> position_m = table.position_m();  // first, so that it is refused first
-            return pivot_pose(position_m, table.attitude(), table.deviations(), table.where());
+            return pivot_pose(position_m, table.attitude(), table.deviations(), where);
         };
-        add(records, table.number("sensor", 0), table.number("valid", 1) != 0, convert, table.where());
+        add(records, table.number("sensor", 0), table.number("valid", 1) != 0, convert, where);
     }
     return records;
 }
