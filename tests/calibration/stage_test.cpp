@@ -8,6 +8,7 @@
 #include <fstream>
 #include <numbers>
 #include <random>
+#include <sstream>
 
 #include "core/calibration/blob.hpp"
 #include "core/field/general_dipole.hpp"
@@ -404,6 +405,87 @@ TEST_F(Stage, TransposedTablesZeroLinesAndOtherNamesAreRead) {
     EXPECT_THAT(read_file(path("t.toml")), HasSubstr("[source_stage.\"Left\"]"));
     expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " --fixture other.dat=soA_seB " + set("md")),
                    "other.dat=soA_seB");
+}
+
+TEST_F(Stage, CouplingsOfOtherPosesDoNotChangeTheCalibration) {
+    write("soA_seB_clean.dat", SeparateCoils().text({0, 0, 0}));
+    const auto lines = lines_of("soA_seB_clean.dat");
+    const std::string evaluate = "evaluate --json --calibration " + path("mixed.toml") + " " + path("soA_seB_clean.dat");
+    ASSERT_EQ(tricoil("calibrate stage --out " + path("mixed.toml") + " " + path("soA_seB_clean.dat")).exit_code, 0);
+    const double clean_m = number(tricoil(evaluate), "position_rms_m");
+    for (const std::size_t every : {8U, 5U}) {
+        auto mixed = lines;
+        for (std::size_t n = 3; n < lines.size(); n += every) {
+            const auto couplings = [&](std::size_t line) { return lines[line].find("\t", lines[line].find("\t0\t0\t") + 5); };
+            const std::size_t other = (n + 71) % lines.size();
+            mixed[n] = lines[n].substr(0, couplings(n)) + lines[other].substr(couplings(other));
+        }
+        write("soA_seB_mixed.dat", joined(mixed));
+        const auto fit = tricoil("calibrate stage --json --out " + path("mixed.toml") + " " + path("soA_seB_mixed.dat"));
+        ASSERT_EQ(fit.exit_code, 0) << fit.err;
+        EXPECT_EQ(fit.json()["outliers"].size(), (lines.size() - 3 + every - 1) / every);
+        EXPECT_LT(number(tricoil(evaluate), "position_rms_m"), 1.2 * clean_m) << every;
+    }
+}
+
+TEST_F(Stage, APoseWithoutInPhaseCouplingsIsRefused) {
+    std::string row = "0\t0\t0\t0\t0\t0";
+    for (int k = 0; k < 9; ++k) {
+        row += k % 4 == 0 ? "\t+0.0+0.1i" : "\t+0.0+0.0i";
+    }
+    write("soA_seB_zero.dat", SeparateCoils().text({0, 0, 0}) + row + "\n");
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + " " + path("soA_seB_zero.dat")),
+                   "soA_seB_zero.dat:136: all in-phase couplings are zero");
+}
+
+TEST_F(Stage, TransposedTablesGiveThePhasesOfTheChannels) {
+    for (const bool transposed : {false, true}) {
+        write("soA_seB_phase.dat", SeparateCoils().text({0, 0, 0}, Vec3<double>::Ones(), transposed));
+        std::string text;
+        for (const std::string& line : lines_of("soA_seB_phase.dat")) {
+            std::istringstream cells(line);
+            std::string cell;
+            for (int k = -6; std::getline(cells, cell, '\t'); ++k) {
+                const double phase_rad = 0.01 * (1 + (transposed ? k % 3 : k / 3));
+                const double x = std::stod(cell);
+                text += (k > -6 ? "\t" : "") +
+                        (k < 0 ? cell : fmt::format("{:+.12f}{:+.12f}i", x * std::cos(phase_rad), x * std::sin(phase_rad)));
+            }
+            text += "\n";
+        }
+        write("soA_seB_phase.dat", text);
+        const auto fit =
+            tricoil("calibrate stage --out " + path("p.toml") + " --blob " + path("p.bin") + " " + path("soA_seB_phase.dat"));
+        ASSERT_EQ(fit.exit_code, 0) << fit.err;
+        const auto bytes = read_file(path("p.bin"));
+        const auto read = calibration::decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+        ASSERT_TRUE(read.ok()) << read.status().message();
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_NEAR(read->phase_rad(i, 0), 0.01 * (1 + i), 1e-4) << transposed;
+        }
+    }
+}
+
+TEST_F(Stage, FilesOfFewPosesNeedTheNameOfTheirFixture) {
+    write("soA_seB_all.dat", SeparateCoils().text({0, 0, 0}));
+    const auto lines = lines_of("soA_seB_all.dat");
+    std::string same;
+    std::string unnamed;
+    for (std::size_t part = 0; part < 6; ++part) {
+        std::string text;
+        for (std::size_t n = part; n < lines.size(); n += 15) {
+            text += lines[n] + "\n";
+        }
+        write(fmt::format("soA_seB_part{}.dat", part), text);
+        write(fmt::format("part{}.dat", part), text);
+        same += " " + path(fmt::format("soA_seB_part{}.dat", part));
+        unnamed += " " + path(fmt::format("part{}.dat", part));
+    }
+    const auto fit = tricoil("calibrate stage --json --out " + path("parts.toml") + same);
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    EXPECT_LT(number(fit, "position_rms_m"), 2e-4);
+    expect_refused(tricoil("calibrate stage --out " + path("x.toml") + unnamed),
+                   "sensor fixture 'part0' has 9 poses; 12 are needed");
 }
 
 TEST_F(Stage, FixturesOfOtherCoilsAreRefused) {

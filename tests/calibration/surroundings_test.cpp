@@ -172,6 +172,26 @@ TEST_F(Surroundings, ReduceTheErrorOffTheGridToLessThanATenth) {
     EXPECT_LT(with, 0.1 * without);
 }
 
+TEST_F(Surroundings, CorrectTransposedTables) {
+    const auto known = calibrate(data("grid"));
+    ASSERT_EQ(known.exit_code, 0) << known.err;
+    std::string text = read_file(data("grid"));
+    for (const std::string couplings : {"x", "q"}) {
+        for (const std::string pair : {"12", "13", "23"}) {
+            const std::string other = couplings + pair[1] + pair[0];
+            const std::size_t from = text.find(couplings + pair);
+            const std::size_t to = text.find(other);
+            ASSERT_NE(std::max(from, to), std::string::npos);
+            text.replace(from, 3, other);
+            text.replace(to, 3, couplings + pair);
+        }
+    }
+    const auto fit = calibrate(write("soYoutZup_seYoutZup_transposed.csv", text));
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    EXPECT_THAT(fit.err, HasSubstr("transposed.csv: unlike the calibration: couplings transposed; corrected"));
+    EXPECT_NEAR(fit.json()["residual_m"].get<double>(), known.json()["residual_m"].get<double>(), 1e-6);
+}
+
 TEST_F(Surroundings, AreUsedByEveryTracker) {
     ASSERT_EQ(calibrate(data("grid")).exit_code, 0);
     for (const char* mux : {"tdm", "fdm"}) {

@@ -472,26 +472,9 @@ void correct_files(const CalibrationFit& fit, std::vector<PoseFile>& files) {
     std::ranges::for_each(files, [&](PoseFile& file) { fit.wiring.at(file.path).correct(file); });
 }
 
-namespace {
-
-/// Mean ratio of the residuals of the other files with this source fixture to those without it; 0 if there is no fit without it.
-double gain_without(const std::string& source, const std::vector<PoseFile>& files, const CalibrationFit& with_all,
-                    const FitOptions& options) try {
-    constexpr double kExact = 1e-6;  // smaller residuals are equal
-    double gain = 0;
-    const CalibrationFit fit = Fit(without(files, source), options).run();
-    for (const auto& [path, residual] : fit.residual_rms_by_file) {
-        gain += std::max(with_all.residual_rms_by_file.at(path), kExact) / std::max(residual, kExact);
-    }
-    return gain / static_cast<double>(fit.residual_rms_by_file.size());
-} catch (const InputError&) {
-    return 0;
-}
-
-}  // namespace
-
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options) {
     constexpr double kClearly = 1.25;
+    constexpr double kExact = 1e-6;     // smaller residuals are equal
     constexpr std::size_t kFewest = 3;  // two mountings of the source fit each other almost always
     Fit all(files, options);
     const CalibrationFit with_all = all.run();
@@ -499,7 +482,16 @@ CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOpti
     std::string worst;
     for (const auto& [source, fixture] : with_all.source_stage) {
         if (with_all.source_stage.size() > kFewest) {
-            const double gain = gain_without(source, files, with_all, options);
+            double gain = 0;
+            try {
+                const CalibrationFit fit = Fit(without(files, source), options).run();
+                for (const auto& [path, residual] : fit.residual_rms_by_file) {
+                    gain += std::max(with_all.residual_rms_by_file.at(path), kExact) / std::max(residual, kExact) /
+                            static_cast<double>(fit.residual_rms_by_file.size());
+                }
+            } catch (const InputError&) {
+                continue;  // the others alone do not determine the coils
+            }
             if (gain > most) {
                 most = gain;
                 worst = source;

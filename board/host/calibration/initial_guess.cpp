@@ -53,17 +53,21 @@ struct CoilPlaces {
     std::vector<Vec3<double>> sensor_m;            // middle of the sensor coils in its mount, by file
 };
 
+/// Row a, column b: coupling of component a of a sensor coil (mount) with component b of a source coil (stage).
+Mat3<double> field_at(const MeasuredPose& pose, const Vec3<double>& source_m, const Vec3<double>& sensor_m) {
+    const Vec3<double> r = pose.stage_position_m + pose.stage_rotation * sensor_m - source_m;
+    const double range_m = std::max(r.norm(), 1e-6);
+    return 1 / (range_m * range_m * range_m) * pose.stage_rotation.transpose() * field::dipole_factor<double>(r / range_m);
+}
+
 /// Products of source coil j (columns: sensor coils; rows: component of the sensor coil + 3 times that of the source coil).
 Matrix<double, 9, 3> products_of_coil(const PoseFile& file, const Vec3<double>& source_m, const Vec3<double>& sensor_m, Index j,
                                       double& rest) {
     Matrix<double, 9, 9> normal = Matrix<double, 9, 9>::Zero();
     Matrix<double, 9, 3> right = Matrix<double, 9, 3>::Zero();
     for (const MeasuredPose& pose : file.poses) {
-        const Vec3<double> r = pose.stage_position_m + pose.stage_rotation * sensor_m - source_m;
-        const double range_m = std::max(r.norm(), 1e-6);
         const double weight = 1 / pose.x.norm();
-        const Mat3<double> field = (weight / (range_m * range_m * range_m)) * pose.stage_rotation.transpose() *
-                                   field::dipole_factor<double>(r / range_m);
+        const Mat3<double> field = weight * field_at(pose, source_m, sensor_m);
         for (int k = 0; k < 9; ++k) {
             for (int l = 0; l <= k; ++l) {
                 normal(k, l) += field.data()[k] * field.data()[l];
@@ -189,26 +193,18 @@ PoseFile without_outliers(const PoseFile& file, const PoseFile& used, const Mat3
                           const Vec3<double>& sensor_m) {
     constexpr double kMedians = 2;
     const Matrix<double, 9, 9> products = fit_products(used, source_m, sensor_m);
-    std::vector<double> rests;
-    for (const MeasuredPose& pose : file.poses) {
+    const auto rest_of = [&](const MeasuredPose& pose) {
         Mat3<double> rest = pose.x;
-        for (Index j = 0; j < 3; ++j) {
-            const Vec3<double> r = pose.stage_position_m + pose.stage_rotation * sensor_m - source_m.col(j);
-            const Mat3<double> field = pose.stage_rotation.transpose() * field::dipole_factor<double>(r.normalized()) /
-                                       std::pow(std::max(r.norm(), 1e-6), 3);
-            for (Index i = 0; i < 3; ++i) {
-                rest(i, j) -= field.cwiseProduct(products.block<3, 3>(3 * i, 3 * j)).sum();
-            }
+        for (Index k = 0; k < 9; ++k) {
+            const Mat3<double> field = field_at(pose, source_m.col(k / 3), sensor_m);
+            rest(k % 3, k / 3) -= field.cwiseProduct(products.block<3, 3>(3 * (k % 3), 3 * (k / 3))).sum();
         }
-        rests.push_back(rest.norm() / pose.x.norm());
-    }
-    const double limit = kMedians * median(rests);
-    PoseFile kept;
-    for (std::size_t k = 0; k < rests.size(); ++k) {
-        if (rests[k] <= limit) {
-            kept.poses.push_back(file.poses[k]);
-        }
-    }
+        return rest.norm() / pose.x.norm();
+    };
+    std::vector<double> rests;
+    std::ranges::transform(file.poses, std::back_inserter(rests), rest_of);
+    PoseFile kept = file;
+    std::erase_if(kept.poses, [&, limit = kMedians * median(rests)](const auto& pose) { return rest_of(pose) > limit; });
     return kept;
 }
 
@@ -272,6 +268,10 @@ PoseFile pooled(const PoseFile& file, const std::vector<PoseFile>& files) {
             pool.poses.insert(pool.poses.end(), other.poses.begin(), other.poses.end());
         }
     }
+    refuse_if(pool.poses.size() < kFewestPoses,
+              "{}: sensor fixture '{}' has {} poses; {} are needed: add poses, or if files have the same fixtures, name these: "
+              "--fixture FILE=soSOURCE_seSENSOR",
+              file.path, sensor_fixture_name(file), pool.poses.size(), kFewestPoses);
     return pool;
 }
 
@@ -351,14 +351,6 @@ void transpose_rotations(std::span<PoseFile> files) {
 InitialGuess guess_start(const std::vector<PoseFile>& files) {
     constexpr double kExplained = 0.05;  // a smaller misfit share shows the right order of the couplings
     check_spread(files);
-    for (const PoseFile& file : files) {
-        const std::size_t poses = pooled(file, files).poses.size();
-        refuse_if(
-            poses < kFewestPoses,
-            "{}: sensor fixture '{}' has {} poses; {} are needed: add poses, or if files have the same fixtures, name these: "
-            "--fixture FILE=soSOURCE_seSENSOR",
-            file.path, sensor_fixture_name(file), poses, kFewestPoses);
-    }
     InitialGuess best;
     double least = std::numeric_limits<double>::max();
     for (const bool transposed : {false, true}) {

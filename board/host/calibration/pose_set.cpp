@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <complex>
 #include <filesystem>
@@ -28,27 +27,15 @@ constexpr double kFarthestPose_m = 1000;  // a larger coordinate is an error of 
 
 /// Parses a finite complex number such as +0.171918451-0.000000586i. Throws InputError if the field is anything else.
 std::complex<double> parse_complex(std::string_view field, const TextPlace& place) {
-    const auto bad = [&] {
-        return InputError(fmt::format("{}: '{}' is not a coupling such as +0.12-0.03i", place.str(), field.substr(0, 32)));
-    };
-    if (field.size() < 4 || field.back() != 'i') {
-        throw bad();
+    std::size_t sign = field.find_last_of("+-");  // of the imaginary part, or of its exponent
+    if (sign != std::string_view::npos && sign > 1 && std::tolower(static_cast<unsigned char>(field[sign - 1])) == 'e') {
+        sign = field.find_last_of("+-", sign - 2);
     }
-    double parts[2] = {0, 0};
-    const char* at = field.data();
-    const char* end = field.data() + field.size() - 1;
-    for (double& part : parts) {
-        at += at != end && *at == '+' ? 1 : 0;
-        const auto [next, error] = std::from_chars(at, end, part);
-        if (error != std::errc{} || !std::isfinite(part)) {
-            throw bad();
-        }
-        at = next;
-    }
-    if (at != end) {
-        throw bad();
-    }
-    return {parts[0], parts[1]};
+    const auto real = cell_number(field.substr(0, sign));
+    const auto imaginary = real && sign < field.size() ? cell_number(field.substr(sign, field.size() - 1 - sign)) : std::nullopt;
+    refuse_if(!imaginary || !std::isfinite(*real) || !std::isfinite(*imaginary) || field.back() != 'i',
+              "{}: '{}' is not a coupling such as +0.12-0.03i", place, field.substr(0, 32));
+    return {*real, *imaginary};
 }
 
 void check_position(const Vec3<double>& position_m, const TextPlace& place) {
