@@ -11,7 +11,6 @@ import tricoil
 import tricoil.plot
 from motion_cases import FRAME, errors_m, rms, simulated
 from tricoil import _motion_command as command
-from tricoil._poses import PoseError
 
 CASE = simulated(step=FRAME)
 
@@ -82,8 +81,11 @@ class Files(unittest.TestCase):
             ({"timing": "tdm:3/720", "out": "/nowhere/a.csv"}, "cannot write /nowhere/a.csv"),
             ({"timing": "tdm:3/720", "place": "1,0,0"}, "--place: not with --poses"),
             ({"timing": "tdm:3/720", "unit": "km"}, "--unit must be"),
+            ({"timing": "fdm,window=50"}, "a window of 50 ms is longer than the pose interval"),
+            ({"timing": "fdm,latency=900"}, "latency in ms must be a number of 0 to 100"),
+            ({"timing": "tdm:\u00b2/720"}, "give tdm:SLOTS/RATE"),
         ):
-            with self.assertRaisesRegex(PoseError, message):
+            with self.assertRaisesRegex(ValueError, message):
                 command.run_poses(self.file, **options)
 
 
@@ -122,6 +124,8 @@ class Along(unittest.TestCase):
         still = CASE.poses.copy()
         still["position_m"] = (0.5, 0, 0)
         for poses, options, message in ((still, {}, "fewer than 8 positions differ"), (CASE.poses, {"rate_hz": 0}, "rate_hz must be positive"),
+                                        (CASE.poses, {"rate_hz": 0.01}, "give 1 to 2000000 updates"), (CASE.poses[:0], {}, "fewer than 8"),
+                                        (CASE.poses, {"place_m": (1e9, 0, 0)}, "place_m must be at most"),
                                         (CASE.poses, {"kappa": "tow"}, "did you mean 'two'"), (CASE.poses, {"place_m": (1, 2)}, "place_m")):
             with self.assertRaisesRegex(ValueError, message):
                 tricoil.motion_along(poses, **options)

@@ -112,7 +112,7 @@ def why_not(pair, offset_s, reference, rows):
         return f"{reference.name}: is mirrored relative to the tracker: one of the two has left-handed axes; change the sign of one axis in its positions and attitudes"
     size = np.cbrt(abs(np.linalg.det(affine)))
     if left < 0.3 and not 0.8 < size < 1.25:
-        return f"{reference.name}: its motion is {1 / max(size, 1e-9):.4g} times as large as the tracker's; are the units right? Give them with --unit"
+        return f"{reference.name}: its motion is {1 / max(size, 1e-9):.4g} times as large as the tracker's; are the units right? Correct them in the file, or give them with --unit if it has none"
     if pair.compares_attitude:
         q = reference.quaternion_wxyz * np.array([1, -1, -1, -1])
         other = Pair(pair.poses, pair.tracker, Path(reference.time_s, reference.position_m, q))

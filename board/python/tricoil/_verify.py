@@ -10,7 +10,7 @@ from . import _align, _naive
 from ._align import UNKNOWNS
 from ._fit import is_better, modelled, with_true_attitude
 from ._match import FEWEST, fitted, with_even_times
-from ._poses import Poses, PoseError
+from ._poses import LARGEST_S, Poses, PoseError
 
 OUTLIER = 8.0
 MOST_OUTLIERS = 0.05
@@ -161,8 +161,8 @@ def verified(poses: Poses, reference: Poses, *, time_offset: float | None = None
     reference = with_even_times(dataclasses.replace(reference, time_s=reference.time_s - begin_r))
     if same_clock and time_offset is None:
         time_offset = 0.0
-    if time_offset is not None and not np.isfinite(time_offset):
-        raise PoseError("--time-offset must be a finite number of seconds")
+    if time_offset is not None and not abs(time_offset) <= LARGEST_S:
+        raise PoseError(f"--time-offset must be a finite number of seconds, at most {LARGEST_S:g}")
     start_s = None if time_offset is None else time_offset - apart
     pair, rows, base = fitted(poses, reference, start_s, same_clock)
     every = rows
