@@ -73,6 +73,28 @@ class Files(unittest.TestCase):
             self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1))
             self.assertIn(message, done.stderr)
 
+    def test_reader_options_of_two_files(self):
+        """One file in mm without a unit, the other with two sensors: each has its own options."""
+        other = os.path.join(os.path.dirname(self.file), "reference.csv")
+        with open(other, "w", encoding="utf-8") as file:
+            file.write("sensor,time,x,y,z,qw,qx,qy,qz\n")
+            for row in CASE.poses:
+                numbers = ",".join(map(str, [*(1e3 * row["position_m"]), *row["quaternion_wxyz"]]))
+                file.writelines(f"{sensor},{1e3 * row['time_s']:.3f},{numbers}\n" for sensor in (1, 2))
+        given, reference = command.read_both(self.file, other, {"unit": ",mm", "time_unit": ",ms", "sensor": ",2"})
+        np.testing.assert_allclose(given.position_m, reference.position_m, atol=1e-6)
+        np.testing.assert_allclose(given.time_s, reference.time_s, atol=2e-6)
+        with self.assertRaisesRegex(ValueError, "--unit takes one value, or POSES,REFERENCE"):
+            command.read_both(self.file, other, {"unit": "m,mm,mm"})
+        self.assertRaisesRegex(TypeError, "timing must be a text", tricoil.motion_error, CASE.poses, None)
+
+    def test_full_and_closed_outputs(self):
+        """One line and status 3 if the result cannot be written; the status of bad input stays if nobody can be told."""
+        for words, code, lines in (("--timing fdm --out - >/dev/full", 3, 1), ("--timing fdm --json >/dev/full", 3, 1), ("--timing fdm >&-", 3, 1),
+                                   ("--timing no 2>/dev/full", 2, 0), ("--timing no 2>&-", 2, 0), ("--timing no >/dev/full 2>&1", 2, 0)):
+            done = subprocess.run(["sh", "-c", f'"$TRICOIL_PROGRAM" motion --poses "{self.file}" {words}'], capture_output=True, text=True, check=False)
+            self.assertEqual((done.returncode, done.stderr.count("\n"), done.stdout), (code, lines, ""), words + done.stderr)
+
     def test_refused(self):
         for options, message in (
             ({}, "needs --timing"),

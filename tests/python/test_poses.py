@@ -91,7 +91,7 @@ class Poses(unittest.TestCase):
     def test_unit_that_the_file_names_is_not_replaced(self):
         self.write(self.table(self.plain()))
         self.agree(unit="m", time_unit="s")
-        self.refused("column x_m is in m, not mm; leave unit out, or with two files give it as TRUTH,POSES", unit="mm")
+        self.refused("column x_m is in m, not mm; leave unit out, or with two files give one for each", unit="mm")
         self.refused("column time_s is in s, not ms; leave time_unit out", time_unit="ms")
 
     def test_no_text_ends_in_another_exception(self):
@@ -125,6 +125,8 @@ class Poses(unittest.TestCase):
             with self.subTest(columns=list(rotation)):
                 self.write(self.table({**base, **rotation}))
                 self.agree(**options)
+        self.write(self.table(self.plain()))
+        self.refused("rotation must be polhemus", rotation="foo")
         self.write(self.table({**base, **dict(zip(("rx", "ry", "rz"), vector))}))
         self.refused("say how they turn with rotation")
         self.write(self.table({**base, **dict(zip(("q1", "q2", "q3", "q4"), XYZW.T))}))
@@ -207,6 +209,7 @@ class Poses(unittest.TestCase):
         euler = TURN.as_euler("ZYX", degrees=True)
         self.write("".join(f"01 {p[0]:11.7f} {p[1]:11.7f} {p[2]:11.7f} {e[0]:11.7f} {e[1]:11.7f} {e[2]:11.7f}\n" for p, e in zip(POSITION_M / 0.0254, euler)))
         self.agree(columns="polhemus", unit="in", rate_hz=100)
+        self.agree(columns=["sensor", "x", "y", "z", "azimuth", "elevation", "roll"], unit="in", rate_hz=100)
 
     def test_motive(self):
         head = ["Format Version,1.23,Take Name,a,Capture Frame Rate,100.0,Rotation Type,Quaternion,Length Units,Millimeters,Coordinate Space,Global", "",

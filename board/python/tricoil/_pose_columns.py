@@ -140,7 +140,7 @@ def role_is_state(table, columns):
 def agreed_unit(table, option, given, of_file, column):
     """The unit of a column: the one that the file names, or the given one. They may not differ. Throws PoseError."""
     if given and of_file and given != of_file:
-        raise PoseError(f"{table.name}: column {table.columns[column]} is in {of_file}, not {given}; leave {option} out, or with two files give it as TRUTH,POSES")
+        raise PoseError(f"{table.name}: column {table.columns[column]} is in {of_file}, not {given}; leave {option} out, or with two files give one for each, separated by a comma")
     return of_file or given
 
 
@@ -203,6 +203,13 @@ def iso_times(table, column):
     return np.array(seconds)
 
 
+def check_rotation(rotation):
+    """Throws PoseError for an unknown --rotation, also if the file needs none."""
+    is_axes = re.fullmatch("[XYZ]{3}|[xyz]{3}", rotation) and rotation[0] != rotation[1] != rotation[2]
+    if not is_axes and rotation not in ("polhemus", "rotvec", "wxyz", "xyzw"):
+        raise PoseError(f"--rotation must be polhemus, rotvec, wxyz, xyzw, or three axes such as ZYX (each about the turned axes) or xyz (about fixed axes); is '{rotation}'")
+
+
 def rotation_columns(columns, rotation):
     """(kind, columns) of the attitude; (None, []) if there are only positions."""
     table = columns.table
@@ -226,7 +233,7 @@ def rotation_columns(columns, rotation):
     for kind in ("vector", "euler", "turn"):
         if (found := columns.all(kind, range(3))) is None:
             continue
-        if kind == "turn" and rotation is None:
+        if kind == "turn" and rotation in (None, "wxyz", "xyzw"):
             raise PoseError(f"{table.name}: columns {', '.join(table.columns[n] for n in found)}: say how they turn with --rotation: rotvec, polhemus or axes such as ZYX")
         return {"vector": "rotvec", "euler": "ZYX", "turn": "ZYX" if rotation == "polhemus" else rotation}[kind], found
     return None, []
@@ -255,8 +262,6 @@ def quaternions(table, columns, kind, found):
     if kind == "rotvec":
         turned = Rotation.from_rotvec(values)
     else:
-        if not (re.fullmatch("[XYZ]{3}|[xyz]{3}", kind) and kind[0] != kind[1] != kind[2]):
-            raise PoseError(f"--rotation must be polhemus, rotvec, wxyz, xyzw, or three axes such as ZYX (each about the turned axes) or xyz (about fixed axes); is '{kind}'")
         turned = Rotation.from_euler(kind, values)
     return turned.as_quat()[:, [3, 0, 1, 2]]
 

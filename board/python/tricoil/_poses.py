@@ -8,6 +8,7 @@ import csv
 import dataclasses
 import os
 import re
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,7 +107,7 @@ def read_poses(
     time_unit: str | None = None,
     rate_hz: float | None = None,
     rotation: str | None = None,
-    columns: str | None = None,
+    columns: str | Sequence[str] | None = None,
 ) -> Poses:
     """Reads the poses of one sensor from a file of this or of another tracker.
 
@@ -115,7 +116,7 @@ def read_poses(
     rotvec_x, r11 to r33 or m11 to m44, frame, sensor, valid. sensor: its number or name, if the file has several. unit: of positions, m, cm,
     mm or in, if the file does not name it. time_unit: s, ms, us or ns, likewise. rate_hz: of the column frame, or of a file without time. rotation: how three
     angles turn: polhemus (azimuth, elevation, roll), rotvec, or axes as SciPy names them, for example ZYX; also xyzw or wxyz for q1 to q4.
-    columns: names, separated by commas, of a table without a line of names; "polhemus" is sensor,x,y,z,azimuth,elevation,roll.
+    columns: names, in a list or separated by commas, of a table without a line of names; "polhemus" is sensor,x,y,z,azimuth,elevation,roll.
 
     Rows with empty fields, or that are marked invalid, are left out and counted in Poses.notes. Raises ValueError with file, line and column
     for anything else, and OSError if the file cannot be read.
@@ -138,6 +139,10 @@ def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation
         raise PoseError(f"--time-unit must be s, ms, us or ns; is '{time_unit}'")
     if rate_hz is not None and not 0 < float(rate_hz) <= 1e6:
         raise PoseError(f"--rate-hz must be more than 0 and at most 1e6; is {rate_hz}")
+    if rotation is not None:
+        _pose_columns.check_rotation(str(rotation))
+    if columns is not None and not isinstance(columns, str):
+        columns = ",".join(map(str, columns))
     name = os.fspath(path)
     if os.path.isdir(name):
         raise PoseError(f"{name}: is a folder; give the file of poses")

@@ -159,12 +159,13 @@ def verified(poses: Poses, reference: Poses, *, time_offset: float | None = None
     apart = begin_r - begin_t  # times are counted from the first pose of each recording: Unix times lose digits
     poses = with_even_times(dataclasses.replace(poses, time_s=poses.time_s - begin_t))
     reference = with_even_times(dataclasses.replace(reference, time_s=reference.time_s - begin_r))
+    option = "--time-offset"  # the one that messages name
     if same_clock and time_offset is None:
-        time_offset = 0.0
+        option, time_offset = "--same-clock", 0.0
     if time_offset is not None and not abs(time_offset) <= LARGEST_S:
         raise PoseError(f"--time-offset must be a finite number of seconds, at most {LARGEST_S:g}")
     start_s = None if time_offset is None else time_offset - apart
-    pair, rows, base = fitted(poses, reference, start_s, same_clock)
+    pair, rows, base = fitted(poses, reference, start_s, same_clock, option)
     every = rows
     rows, name, fits = modelled(pair, every, base)
     if pair.has_attitude and not pair.reference.has_attitude and fits[name].pattern:
