@@ -11,7 +11,6 @@ import tricoil
 import tricoil.plot
 from motion_cases import FRAME, errors_m, rms, simulated
 from tricoil import _motion_command as command
-from tricoil._poses import PoseError
 
 CASE = simulated(step=FRAME)
 
@@ -74,6 +73,28 @@ class Files(unittest.TestCase):
             self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1))
             self.assertIn(message, done.stderr)
 
+    def test_reader_options_of_two_files(self):
+        """One file in mm without a unit, the other with two sensors: each has its own options."""
+        other = os.path.join(os.path.dirname(self.file), "reference.csv")
+        with open(other, "w", encoding="utf-8") as file:
+            file.write("sensor,time,x,y,z,qw,qx,qy,qz\n")
+            for row in CASE.poses:
+                numbers = ",".join(map(str, [*(1e3 * row["position_m"]), *row["quaternion_wxyz"]]))
+                file.writelines(f"{sensor},{1e3 * row['time_s']:.3f},{numbers}\n" for sensor in (1, 2))
+        given, reference = command.read_both(self.file, other, {"unit": ",mm", "time_unit": ",ms", "sensor": ",2"})
+        np.testing.assert_allclose(given.position_m, reference.position_m, atol=1e-6)
+        np.testing.assert_allclose(given.time_s, reference.time_s, atol=2e-6)
+        with self.assertRaisesRegex(ValueError, "--unit takes one value, or POSES,REFERENCE"):
+            command.read_both(self.file, other, {"unit": "m,mm,mm"})
+        self.assertRaisesRegex(TypeError, "timing must be a text", tricoil.motion_error, CASE.poses, None)
+
+    def test_full_and_closed_outputs(self):
+        """One line and status 3 if the result cannot be written; the status of bad input stays if nobody can be told."""
+        for words, code, lines in (("--timing fdm --out - >/dev/full", 3, 1), ("--timing fdm --json >/dev/full", 3, 1), ("--timing fdm >&-", 3, 1),
+                                   ("--timing no 2>/dev/full", 2, 0), ("--timing no 2>&-", 2, 0), ("--timing no >/dev/full 2>&1", 2, 0)):
+            done = subprocess.run(["sh", "-c", f'"$TRICOIL_PROGRAM" motion --poses "{self.file}" {words}'], capture_output=True, text=True, check=False)
+            self.assertEqual((done.returncode, done.stderr.count("\n"), done.stdout), (code, lines, ""), words + done.stderr)
+
     def test_refused(self):
         for options, message in (
             ({}, "needs --timing"),
@@ -82,8 +103,11 @@ class Files(unittest.TestCase):
             ({"timing": "tdm:3/720", "out": "/nowhere/a.csv"}, "cannot write /nowhere/a.csv"),
             ({"timing": "tdm:3/720", "place": "1,0,0"}, "--place: not with --poses"),
             ({"timing": "tdm:3/720", "unit": "km"}, "--unit must be"),
+            ({"timing": "fdm,window=50"}, "a window of 50 ms is longer than the pose interval"),
+            ({"timing": "fdm,latency=900"}, "latency in ms must be a number of 0 to 100"),
+            ({"timing": "tdm:\u00b2/720"}, "give tdm:SLOTS/RATE"),
         ):
-            with self.assertRaisesRegex(PoseError, message):
+            with self.assertRaisesRegex(ValueError, message):
                 command.run_poses(self.file, **options)
 
 
@@ -122,6 +146,8 @@ class Along(unittest.TestCase):
         still = CASE.poses.copy()
         still["position_m"] = (0.5, 0, 0)
         for poses, options, message in ((still, {}, "fewer than 8 positions differ"), (CASE.poses, {"rate_hz": 0}, "rate_hz must be positive"),
+                                        (CASE.poses, {"rate_hz": 0.01}, "give 1 to 2000000 updates"), (CASE.poses[:0], {}, "fewer than 8"),
+                                        (CASE.poses, {"place_m": (1e9, 0, 0)}, "place_m must be at most"),
                                         (CASE.poses, {"kappa": "tow"}, "did you mean 'two'"), (CASE.poses, {"place_m": (1, 2)}, "place_m")):
             with self.assertRaisesRegex(ValueError, message):
                 tricoil.motion_along(poses, **options)

@@ -108,7 +108,7 @@ class Timing(unittest.TestCase):
             ("tdm:3/500", "a frame of 3 slots, 6 ms, is longer than the pose interval"),
             ("tdm:4/720", "a frame of 4 slots"),
             ("tdm:3/720,order=112", "order must name each coil once"),
-            ("tdm:3/720,latency=-1", "latency in ms must be a number of 0 to 1000"),
+            ("tdm:3/720,latency=-1", "latency in ms must be a number of 0 to 100"),
             ("tdm:3/720,solver=svd", "solver must be direct, previous"),
             ("fdm,solver=previous", "is for tdm"),
             ("tdm:3/720,slot=3", "unknown option 'slot=3'"),

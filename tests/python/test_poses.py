@@ -85,8 +85,29 @@ class Poses(unittest.TestCase):
 
     def test_wrong_unit_in_the_header_is_noticed(self):
         self.write(self.table(self.plain(x_m=1e3 * POSITION_M[:, 0], y_m=1e3 * POSITION_M[:, 1], z_m=1e3 * POSITION_M[:, 2])))
-        self.refused("is the unit mm")
-        self.agree(unit="mm")
+        self.refused(r"is the unit mm\? Correct it in the file")
+        self.refused("column x_m is in m, not mm; leave unit out", unit="mm")
+
+    def test_unit_that_the_file_names_is_not_replaced(self):
+        self.write(self.table(self.plain()))
+        self.agree(unit="m", time_unit="s")
+        self.refused("column x_m is in m, not mm; leave unit out, or with two files give one for each", unit="mm")
+        self.refused("column time_s is in s, not ms; leave time_unit out", time_unit="ms")
+
+    def test_no_text_ends_in_another_exception(self):
+        for text in ('time_s,x_m,y_m,z_m\n0,"' + "1" * 200_000 + '",0,0\n', '{"a":' * 100_000, "time_us,x_m,y_m,z_m\n" + "1" * 400 + ",0,0,0\n"):
+            self.write(text)
+            self.refused("is no table of poses that can be read")
+        for header in ("Frame,Time (Seconds),X,Y", "Frame"):
+            self.write("Format Version,1.23,Length Units,Meters,Capture Frame Rate,100\n\n,Type,Body,Body,Body\n,Name,pen,pen,pen\n,,Position,Position\n" + header + "\n0,0,1,2\n")
+            self.refused("has no column Position Z" if "," in header else "poses.csv")
+
+    def test_numbers_and_their_limits(self):
+        lines = self.table(self.plain()).splitlines()
+        for row, pattern in (("0.025,2e6,0,0,1,0,0,0", r"poses.csv:5: the position is 2e\+06 m away"), ("2e12,0,0,0,1,0,0,0", r"poses.csv:5: the time is 2e\+12 s"),
+                             ("0.025,0_7,0,0,1,0,0,0", "poses.csv:5: '0_7' in column x_m is not a number"), ("0.025,\u0663,0,0,1,0,0,0", "in column x_m is not a number")):
+            self.write("\n".join([*lines[:4], row, *lines[4:]]))
+            self.refused(pattern)
 
     def test_rotations(self):
         base = {"t_s": TIME_S, **dict(zip("xyz", POSITION_M.T))}
@@ -104,6 +125,8 @@ class Poses(unittest.TestCase):
             with self.subTest(columns=list(rotation)):
                 self.write(self.table({**base, **rotation}))
                 self.agree(**options)
+        self.write(self.table(self.plain()))
+        self.refused("rotation must be polhemus", rotation="foo")
         self.write(self.table({**base, **dict(zip(("rx", "ry", "rz"), vector))}))
         self.refused("say how they turn with rotation")
         self.write(self.table({**base, **dict(zip(("q1", "q2", "q3", "q4"), XYZW.T))}))
@@ -138,6 +161,12 @@ class Poses(unittest.TestCase):
         self.refused("has the sensors 0, 1; choose one with sensor")
         self.refused("has no sensor 3; it has 0, 1", sensor=3)
         self.agree(sensor=0)
+        self.write(self.table({"sensor": ["0.0", "1.0"] * COUNT, **twice}))
+        self.agree(sensor=0)
+        self.agree(sensor="0.0")
+        self.refused("has no sensor 0.5; it has 0, 1", sensor="0.5")
+        self.write(self.table({"sensor": ["0", "1.5"] * COUNT, **twice}))
+        self.refused("poses.csv:3: '1.5' in column sensor must be a whole number or a name", sensor=0)
 
     def test_rows_twice_invalid_and_empty(self):
         again = self.table(self.plain()).splitlines()
@@ -180,6 +209,7 @@ class Poses(unittest.TestCase):
         euler = TURN.as_euler("ZYX", degrees=True)
         self.write("".join(f"01 {p[0]:11.7f} {p[1]:11.7f} {p[2]:11.7f} {e[0]:11.7f} {e[1]:11.7f} {e[2]:11.7f}\n" for p, e in zip(POSITION_M / 0.0254, euler)))
         self.agree(columns="polhemus", unit="in", rate_hz=100)
+        self.agree(columns=["sensor", "x", "y", "z", "azimuth", "elevation", "roll"], unit="in", rate_hz=100)
 
     def test_motive(self):
         head = ["Format Version,1.23,Take Name,a,Capture Frame Rate,100.0,Rotation Type,Quaternion,Length Units,Millimeters,Coordinate Space,Global", "",

@@ -205,9 +205,11 @@ class BadInput(unittest.TestCase):
         self.refused("1 pose; at least 20", reference=(u[:1], r[:1], s[:1]))
         self.refused("row 7: the position is not finite", tracker=(t, np.where(np.arange(len(t))[:, None] == 7, np.nan, p), q))
         self.refused("quaternion has length 2", tracker=(t, p, 2 * q))
-        self.refused("time_offset_s: with this offset the reference ends", time_offset_s=500)
+        self.refused("time_offset_s must be a finite number of seconds, at most 1e\\+12", time_offset_s=1e300)
+        self.refused("time_offset_s: with this clock the reference ends", time_offset_s=500)
         self.refused(r"the motions agree at \+7\.13", reference=(u + 10.13, r, s), time_offset_s=3)
-        self.refused("the motions agree at", reference=(u + 1, r, s), same_clock=True)
+        self.refused("^same_clock: cannot be right; the motions agree at", reference=(u + 1, r, s), same_clock=True)
+        self.refused("^same_clock: with this clock the reference", reference=(u + 500, r, s), same_clock=True)
 
     def test_types(self):
         with self.assertRaises(TypeError):

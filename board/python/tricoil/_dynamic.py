@@ -22,12 +22,20 @@ def number(name, value):
         raise PoseError(f"{name} must be a number; is '{value}'") from None
 
 
-def of_both(name, value):
-    """Values for the reference and for the tracker: "mm,in", or one for both."""
+def of_both(name, value, files):
+    """Values for the first and for the second of two files: "mm,in", or one for both."""
+    value = ",".join(map(str, value)) if isinstance(value, (list, tuple)) else value
     parts = [None] if value is None else [part or None for part in str(value).split(",")]
     if len(parts) > 2:
-        raise PoseError(f"{name} takes one value, or TRUTH,POSES; is '{value}'")
+        raise PoseError(f"{name} takes one value, or {files}; is '{value}'")
     return parts[0], parts[-1]
+
+
+def readers(options, files):
+    """Options of the reader for the first and for the second of two files."""
+    both = {name: of_both("--" + name.replace("_", "-"), options.get(name), files) for name in ("unit", "time_unit", "rate_hz", "rotation")}
+    both["rate_hz"] = tuple(number("--rate-hz", value) for value in both["rate_hz"])
+    return [{name: values[n] for name, values in both.items()} for n in range(2)]
 
 
 def evaluate(files, **options):
@@ -39,11 +47,9 @@ def evaluate(files, **options):
         raise TypeError(f"unknown option {unknown[0]} with dynamic")
     if len(files) != 2:
         raise PoseError("--dynamic takes two files, TRUTH and POSES")
-    both = {name: of_both("--" + name.replace("_", "-"), options.get(name)) for name in ("unit", "time_unit", "rate_hz", "rotation")}
-    both["rate_hz"] = tuple(number("--rate-hz", value) for value in both["rate_hz"])
-    of_file = [{name: values[n] for name, values in both.items()} for n in range(2)]
-    reference = _poses.read(files[0], sensor=options.get("reference_sensor"), **of_file[0])
-    poses = _poses.read(files[1], sensor=options.get("sensor"), columns=options.get("columns"), **of_file[1])
+    of_reference, of_poses = readers(options, "TRUTH,POSES")
+    reference = _poses.read(files[0], sensor=options.get("reference_sensor"), **of_reference)
+    poses = _poses.read(files[1], sensor=options.get("sensor"), columns=options.get("columns"), **of_poses)
     result, errors = _verify.verified(poses, reference, time_offset=number("--time-offset", options.get("time_offset")),
                                       same_clock=bool(options.get("same_clock")))
     if options.get("out"):

@@ -112,7 +112,7 @@ def why_not(pair, offset_s, reference, rows):
         return f"{reference.name}: is mirrored relative to the tracker: one of the two has left-handed axes; change the sign of one axis in its positions and attitudes"
     size = np.cbrt(abs(np.linalg.det(affine)))
     if left < 0.3 and not 0.8 < size < 1.25:
-        return f"{reference.name}: its motion is {1 / max(size, 1e-9):.4g} times as large as the tracker's; are the units right? Give them with --unit"
+        return f"{reference.name}: its motion is {1 / max(size, 1e-9):.4g} times as large as the tracker's; are the units right? Correct them in the file, or give them with --unit if it has none"
     if pair.compares_attitude:
         q = reference.quaternion_wxyz * np.array([1, -1, -1, -1])
         other = Pair(pair.poses, pair.tracker, Path(reference.time_s, reference.position_m, q))
@@ -122,8 +122,8 @@ def why_not(pair, offset_s, reference, rows):
     return None
 
 
-def fitted(poses, reference, start_s, same_clock):
-    """Pair, rows that are compared, the fits by name, and the offset that the common clock gives (None without)."""
+def fitted(poses, reference, start_s, same_clock, option):
+    """Pair, rows that are compared, the fits by name, and the offset that the common clock gives (None without). option: that gave start_s."""
     for one, what in ((reference, "the reference"), (poses, "the tracker")):
         if len(one) < FEWEST:
             raise PoseError(f"{one.name}: {len(one)} pose{'s' if len(one) != 1 else ''}; at least {FEWEST} are needed")
@@ -136,8 +136,8 @@ def fitted(poses, reference, start_s, same_clock):
         begin = max(poses.time_s[0], reference.time_s[0] - start_s)
         end = min(poses.time_s[-1], reference.time_s[-1] - start_s)
         if end - begin < 1:
-            raise PoseError(f"--time-offset: with this offset the reference ends {begin - end:.3f} s before the tracker begins, or the reverse; leave it out, and it is searched"
-                            if end < begin else "--time-offset: with this offset the recordings overlap for less than a second; leave it out, and it is searched")
+            raise PoseError(f"{option}: with this clock the reference ends {begin - end:.3f} s before the tracker begins, or the reverse; leave it out, and the offset is searched"
+                            if end < begin else f"{option}: with this clock the recordings overlap for less than a second; leave it out, and the offset is searched")
     stride = max(1, len(poses) // MOST_FITTED)
     stride += stride % 3 == 0
     rows = np.arange(0, len(poses), stride)
@@ -147,7 +147,7 @@ def fitted(poses, reference, start_s, same_clock):
     if not good and start_s is not None:
         wide, _ = aligned(pair, None, range_s, rows)
         if fits_well(pair, wide, rows):
-            raise PoseError(f"--time-offset: cannot be right; the motions agree at {wide.alignment.offset_s - start_s:+.3f} s from it. Leave it out, and it is searched")
+            raise PoseError(f"{option}: cannot be right; the motions agree at {wide.alignment.offset_s - start_s:+.3f} s from it. Leave it out, and the offset is searched")
     between_m = between_samples_m(pair)
     slow = f"{reference.name}: is slower than the motion: between its samples it is wrong by {1e3 * between_m:.1f} mm; record the reference at a higher rate"
     if not good:

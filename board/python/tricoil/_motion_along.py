@@ -9,7 +9,7 @@ from . import _tricoil
 from ._model import _finite, _three
 from ._motion_error import as_poses
 from ._pose_path import Curve
-from ._poses import PoseError, Poses
+from ._poses import LARGEST_M, PoseError, Poses
 
 MOST_UPDATES = 2_000_000
 LEAST_POSES = 8
@@ -23,6 +23,8 @@ def spherical(position_m: NDArray):
 
 def moving(poses: Poses) -> Poses:
     """The poses without those that repeat the one before, which recorders write if they have no new one."""
+    if not len(poses):
+        return poses
     is_new = np.append(True, np.any(np.diff(poses.position_m, axis=0) != 0, axis=1))
     return Poses(poses.time_s[is_new], poses.position_m[is_new], None, poses.name, poses.notes)
 
@@ -33,8 +35,10 @@ def along(poses: Poses, kappa: str, loop: str, rate_hz: float, place_m: ArrayLik
     if len(path) < LEAST_POSES:
         raise PoseError(f"{poses.name}: fewer than {LEAST_POSES} positions differ; the sensor was not moved, or the file repeats itself")
     duration_s = float(path.time_s[-1] - path.time_s[0])
-    if not (np.isfinite(rate_hz) and 0 < rate_hz and duration_s * rate_hz < MOST_UPDATES):
-        raise PoseError(f"--rate-hz must be positive and give at most {MOST_UPDATES} updates; is {rate_hz}")
+    if not (np.isfinite(rate_hz) and 1 <= duration_s * rate_hz < MOST_UPDATES):
+        raise PoseError(f"--rate-hz must be positive and give 1 to {MOST_UPDATES} updates in {duration_s:.4g} s; is {rate_hz}")
+    if place_m is not None and np.abs(place_m).max() > LARGEST_M:
+        raise PoseError(f"--place must be at most {LARGEST_M:g} m away; is {max(map(abs, place_m)):g} m")
     time_s = path.time_s[0] + np.arange(int(duration_s * rate_hz) + 1) / rate_hz
     shift_m = 0.0 if place_m is None else np.array(place_m) - path.position_m.mean(axis=0)
     position_m = Curve(path.time_s, path.position_m)(time_s) + shift_m

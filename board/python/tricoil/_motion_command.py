@@ -6,6 +6,7 @@ import os
 
 import numpy as np
 
+from ._dynamic import of_both, readers
 from ._fitted_timing import rms_by_reference
 from ._motion_along import along
 from ._motion_analysis import CAUSES
@@ -136,6 +137,18 @@ def refuse_others(options, known, what):
         raise PoseError(f"--{min(unknown).replace('_', '-')}: not with {what}")
 
 
+def read_both(poses, reference, options):
+    """Poses, and the reference (None without). Options are POSES,REFERENCE or one for both; one --sensor is that of the poses."""
+    if reference is None:
+        return read(poses, **options), None
+    of_poses, of_reference = readers(options, "POSES,REFERENCE")
+    sensor = options.get("sensor")
+    sensors = (sensor, None)
+    if isinstance(sensor, (list, tuple)) or "," in str(sensor):
+        sensors = of_both("--sensor", sensor, "POSES,REFERENCE")
+    return (read(poses, sensor=sensors[0], columns=options.get("columns"), **of_poses), read(reference, sensor=sensors[1], **of_reference))
+
+
 def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=False, **reader) -> dict:
     """Reads a file of poses, predicts its motion error, and writes what is wanted. Raises PoseError, OSError."""
     if timing is None:
@@ -145,8 +158,7 @@ def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=Fa
         raise PoseError(f"--plot must end in {', '.join(PICTURES)}; is '{plot}'")
     if plot is not None and importlib.util.find_spec("matplotlib") is None:
         raise PoseError("--plot needs matplotlib: install the package python3-matplotlib")
-    given = read(poses, **reader)
-    known_path = None if reference is None else read(reference)
+    given, known_path = read_both(poses, reference, reader)
     known, verified = chosen_timing(given, timing, known_path)
     result = motion_error(given, known)
     found = summary(result)

@@ -113,6 +113,8 @@ def _rows(analysis: MotionAnalysis):
 
 def chosen_timing(poses: Poses, text: str, reference: Poses | None) -> tuple[Timing, dict | None]:
     """The timing of a text, or for "fit" the one that a reference shows, with the result of the verification. Raises PoseError."""
+    if not isinstance(text, str):
+        raise TypeError(f"timing must be a text such as tdm:3/720; is {text!r}")
     if text != "fit":
         return parse_timing(text), None
     if reference is None:

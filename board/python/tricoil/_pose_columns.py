@@ -95,8 +95,12 @@ def choose_sensor(table, columns, sensor):
     texts = table.fields[columns.of[("sensor",)]]
 
     def plain(text):
-        return str(int(text)) if re.fullmatch(r"\d+(\.0*)?", str(text).split(".")[0]) else str(text).lower()
+        whole = re.fullmatch(r"([0-9]+)(\.0*)?", str(text))  # also 1.0, as tables of floating-point numbers have it
+        return str(int(whole[1])) if whole else str(text).lower()
 
+    broken = next((n for n, text in enumerate(texts) if re.fullmatch(r"[0-9]*\.[0-9]*[1-9][0-9]*", text)), None)
+    if broken is not None:
+        raise PoseError(f"{table.where(broken)}: '{texts[broken][:24]}' in column {table.columns[columns.of[('sensor',)]]} must be a whole number or a name")
     names = sorted({plain(text) for text in texts})
     if sensor is None:
         if len(names) == 1:
@@ -130,7 +134,14 @@ def role_is_state(table, columns):
     """True if the column is tricoil's excitation state, a number that says nothing about validity."""
     name = table.columns[columns.of[("valid",)]].lower()
     texts = table.fields[columns.of[("valid",)]]
-    return name in ("state", "status", "quality") and all(re.fullmatch(r"[\d.]+", text) for text in texts[:50])
+    return name in ("state", "status", "quality") and all(re.fullmatch(r"[0-9.]+", text) for text in texts[:50])
+
+
+def agreed_unit(table, option, given, of_file, column):
+    """The unit of a column: the one that the file names, or the given one. They may not differ. Throws PoseError."""
+    if given and of_file and given != of_file:
+        raise PoseError(f"{table.name}: column {table.columns[column]} is in {of_file}, not {given}; leave {option} out, or with two files give one for each, separated by a comma")
+    return of_file or given
 
 
 def times(table, columns, time_unit, rate_hz):
@@ -138,10 +149,11 @@ def times(table, columns, time_unit, rate_hz):
     if columns.has("time"):
         n = columns.of[("time",)]
         texts = table.fields[n]
-        if texts and re.match(r"\d{4}-\d\d-\d\d", texts[0]):
+        if texts and re.match(r"[0-9]{4}-[0-9]{2}-[0-9]{2}", texts[0]):
+            agreed_unit(table, "--time-unit", time_unit, "dates", n)
             return iso_times(table, n)
         numbers = table.numbers(n)
-        unit = time_unit or columns.unit[("time",)] or guessed_time_unit(table, numbers, n)
+        unit = agreed_unit(table, "--time-unit", time_unit, columns.unit[("time",)], n) or guessed_time_unit(table, numbers, n)
         return exact_times(table, n, SECONDS[unit])
     rate_hz = rate_hz or table.rate_hz
     if columns.has("frame"):
@@ -156,7 +168,7 @@ def times(table, columns, time_unit, rate_hz):
 def exact_times(table, column, seconds):
     """Times in s. Nanoseconds since 1970 do not fit a floating-point number: whole numbers are read as such."""
     texts = table.fields[column]
-    if seconds < 1 and texts and all(re.fullmatch(r"[-+]?\d+", text) for text in texts):
+    if seconds < 1 and texts and all(re.fullmatch(r"[-+]?[0-9]+", text) for text in texts):
         per_s = round(1 / seconds)
         return np.array([int(text) // per_s + int(text) % per_s / per_s for text in texts])
     return table.numbers(column) * seconds
@@ -182,13 +194,20 @@ def iso_times(table, column):
     for row, text in enumerate(table.fields[column]):
         try:
             whole, _, rest = re.fullmatch(r"([^.,]*)([.,]?)(.*)", text.replace("Z", "+00:00")).groups()
-            fraction = re.match(r"\d*", rest)[0]
+            fraction = re.match(r"[0-9]*", rest)[0]
             moment = datetime.datetime.fromisoformat(whole.replace(" ", "T", 1) + rest[len(fraction):])
             moment = moment if moment.tzinfo else moment.replace(tzinfo=datetime.timezone.utc)
             seconds.append(moment.timestamp() + float("0." + (fraction or "0")))
         except ValueError:
             raise PoseError(f"{table.where(row)}: '{text[:32]}' in column {table.columns[column]} is no ISO time (2025-11-28T10:00:00.5Z)") from None
     return np.array(seconds)
+
+
+def check_rotation(rotation):
+    """Throws PoseError for an unknown --rotation, also if the file needs none."""
+    is_axes = re.fullmatch("[XYZ]{3}|[xyz]{3}", rotation) and rotation[0] != rotation[1] != rotation[2]
+    if not is_axes and rotation not in ("polhemus", "rotvec", "wxyz", "xyzw"):
+        raise PoseError(f"--rotation must be polhemus, rotvec, wxyz, xyzw, or three axes such as ZYX (each about the turned axes) or xyz (about fixed axes); is '{rotation}'")
 
 
 def rotation_columns(columns, rotation):
@@ -214,7 +233,7 @@ def rotation_columns(columns, rotation):
     for kind in ("vector", "euler", "turn"):
         if (found := columns.all(kind, range(3))) is None:
             continue
-        if kind == "turn" and rotation is None:
+        if kind == "turn" and rotation in (None, "wxyz", "xyzw"):
             raise PoseError(f"{table.name}: columns {', '.join(table.columns[n] for n in found)}: say how they turn with --rotation: rotvec, polhemus or axes such as ZYX")
         return {"vector": "rotvec", "euler": "ZYX", "turn": "ZYX" if rotation == "polhemus" else rotation}[kind], found
     return None, []
@@ -243,8 +262,6 @@ def quaternions(table, columns, kind, found):
     if kind == "rotvec":
         turned = Rotation.from_rotvec(values)
     else:
-        if not (re.fullmatch("[XYZ]{3}|[xyz]{3}", kind) and kind[0] != kind[1] != kind[2]):
-            raise PoseError(f"--rotation must be polhemus, rotvec, wxyz, xyzw, or three axes such as ZYX (each about the turned axes) or xyz (about fixed axes); is '{kind}'")
         turned = Rotation.from_euler(kind, values)
     return turned.as_quat()[:, [3, 0, 1, 2]]
 
@@ -287,8 +304,9 @@ def poses(table: Table, *, sensor, unit, time_unit, rate_hz, rotation) -> Poses:
     if len(units) > 1:
         raise PoseError(f"{table.name}: positions in {' and '.join(sorted(units))}; give one unit")
     of_file = next(iter(units), table.units.get("length"))
-    if of_file is None and unit is None:
+    used = agreed_unit(table, "--unit", unit, of_file, at_position[0])
+    if used is None:
         table.notes.append("positions without a unit are read as m")
-    position_m = METRES[unit or of_file or "m"] * np.stack([table.numbers(n) for n in at_position], axis=1)
+    position_m = METRES[used or "m"] * np.stack([table.numbers(n) for n in at_position], axis=1)
     q = quaternions(table, columns, kind, at_rotation) if kind else None
-    return checked(times(table, columns, time_unit, rate_hz), position_m, q, table.name, table.where, table.notes, unit_is_given=unit is not None)
+    return checked(times(table, columns, time_unit, rate_hz), position_m, q, table.name, table.where, table.notes, unit_is_given=unit is not None, unit_is_named=of_file is not None)

@@ -32,7 +32,7 @@ def chosen(names, sensor, name, what):
         raise PoseError(f"{name}: has the {what} {shown}; choose one with --sensor" if names else f"{name}: has no {what}")
     if str(sensor).lower() in by_name:
         return by_name[str(sensor).lower()]
-    if str(sensor).isdigit() and 1 <= int(sensor) <= len(names):
+    if re.fullmatch("[0-9]+", str(sensor)) and 1 <= int(sensor) <= len(names):
         return names[int(sensor) - 1]
     raise PoseError(f"{name}: has no {sensor}; it has {shown}")
 
@@ -48,15 +48,21 @@ def motive(data, name, sensor):
     head = next((n for n, fields in enumerate(rows[:20]) if fields[:1] == ["Frame"]), None)
     if head is None or head < 4:
         raise PoseError(f"{name}: no line that begins with Frame; export from Motive with its header")
-    above = rows[:head]
+    width = max(2, *map(len, rows[:head + 1]))
+    above = [fields + [""] * (width - len(fields)) for fields in rows[:head + 1]]
+    axes = above.pop()
     names = next(fields for fields in above if len(fields) > 1 and fields[1] == "Name") if any(f[1:2] == ["Name"] for f in above) else []
-    kinds, axes = above[-1], rows[head]
+    kinds = above[-1]
     if not names:
         raise PoseError(f"{name}: no line of names; export from Motive with its header")
     bodies = list(dict.fromkeys(names[n] for n in range(2, len(axes)) if kinds[n] == "Rotation"))
     positions = list(dict.fromkeys(names[n] for n in range(2, len(axes)) if kinds[n] == "Position"))
     body = chosen(positions if sensor is not None and not str(sensor).isdigit() or not bodies else bodies, sensor, name, "bodies")
     places = {(kinds[n], axes[n].lower()): n for n in range(2, len(axes)) if names[n] == body}
+    needed = [("Position", axis) for axis in XYZ] + [("Rotation", axis) for axis in ("xyzw" if ("Rotation", "x") in places else "")]
+    for kind, axis in needed:
+        if (kind, axis) not in places:
+            raise PoseError(f"{name}:{head + 1}: {body} has no column {kind} {axis.upper()}; export from Motive with all axes")
     columns = [("frame", 0), ("time_s", 1)] + [(axis, places["Position", axis]) for axis in XYZ]
     if ("Rotation", "x") in places:
         if meta.get("Rotation Type", "Quaternion") != "Quaternion":
@@ -99,7 +105,7 @@ def mha(data, name, sensor):
     text = data.split(b"ElementDataFile", 1)[0].decode("utf-8", errors="replace")
     frames, lines = {}, {}
     for number, line in enumerate(text.splitlines(), 1):
-        if found := re.match(r"Seq_Frame(\d+)_(\w+) =(.*)", line):
+        if found := re.match(r"Seq_Frame([0-9]+)_(\w+) =(.*)", line):
             frames.setdefault(found[1], {})[found[2]] = found[3].strip()
             lines.setdefault(found[1], number)
     names = list(dict.fromkeys(key for fields in frames.values() for key in fields if key.endswith("Transform")))

@@ -11,7 +11,7 @@ from ._table_rows import separator_of
 
 COMMENT = ("#", "%", "//")
 POLHEMUS = "sensor,x,y,z,azimuth,elevation,roll"
-NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
+NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE | re.ASCII)
 EMPTY = ("", "-", "--", "n/a", "na", "null", "none", "missing")
 
 
@@ -45,7 +45,10 @@ class Table:
 
     def numbers(self, column):
         texts = self.fields[column]
+        joined = "".join(texts)
         try:
+            if "_" in joined or not joined.isascii():  # digits to Python, but not to other programs
+                raise ValueError("not a number")
             return np.array([float(text) for text in texts]) if not self.decimal_comma else np.array([float(text.replace(",", ".")) for text in texts])
         except ValueError:
             for row, text in enumerate(texts):

@@ -4,14 +4,17 @@ read_poses() finds the format; _pose_text splits the lines, _pose_columns gives 
 other systems. Messages name options as the program does; read_poses() gives them the names of its arguments.
 """
 
+import csv
 import dataclasses
 import os
 import re
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 FARTHEST_M = 20.0  # the median distance of a file whose unit is not given; a tracker, or a motion laboratory, is smaller
+LARGEST_M, LARGEST_S = 1e6, 1e12  # of a position and a time; larger ones are broken numbers
 NEAR_M = 3.0  # the usual distance in such a place
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 
@@ -38,10 +41,10 @@ class Poses:
         return len(self.time_s)
 
 
-def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, unit_is_given: bool = False) -> Poses:
+def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, unit_is_given: bool = False, unit_is_named: bool = False) -> Poses:
     """Poses with a rising time, finite numbers and unit quaternions; rows that are there twice are taken once.
 
-    where: function of a row's index, "FILE:LINE". Throws PoseError.
+    where: function of a row's index, "FILE:LINE". unit_is_given: by an option. unit_is_named: in the file. Throws PoseError.
     """
     notes = list(notes)
     time_s, position_m = np.asarray(time_s, float), np.asarray(position_m, float)
@@ -57,6 +60,8 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
     refuse(~np.isfinite(time_s), "the time is not a finite number")
     broken = "is not finite; leave the field empty where the marker was hidden, or remove the line"
     refuse(~np.isfinite(position_m).all(axis=1), "the position " + broken)
+    refuse(abs(time_s) > LARGEST_S, lambda n: f"the time is {time_s[n]:.3g} s; at most {LARGEST_S:g} s is possible; correct it, or the unit")
+    refuse((abs(position_m) > LARGEST_M).any(axis=1), lambda n: f"the position is {abs(position_m[n]).max():.3g} m away; at most {LARGEST_M:g} m is possible; correct it, or the unit")
     if q is not None:
         refuse(~np.isfinite(q).all(axis=1), "the attitude " + broken)
         length = np.linalg.norm(q, axis=1)
@@ -88,7 +93,8 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
         far = float(np.median(np.linalg.norm(position_m, axis=1)))
         if far > FARTHEST_M:
             units = next(filter(None, ([unit for unit in ("in", "cm", "mm") if far * METRES[unit] < limit] for limit in (NEAR_M, FARTHEST_M))), [])
-            mend = f"; is the unit {' or '.join(units)}? Give it with --unit" if units else "; if this is right, give --unit m"
+            give = "Correct it in the file" if unit_is_named else "Give it with --unit"
+            mend = f"; is the unit {' or '.join(units)}? {give}" if units else "; if this is right, give --unit m"
             raise PoseError(f"{name}: the positions are {far:.4g} m away{mend}")
     return Poses(time_s, position_m, q, name, tuple(notes))
 
@@ -101,16 +107,16 @@ def read_poses(
     time_unit: str | None = None,
     rate_hz: float | None = None,
     rotation: str | None = None,
-    columns: str | None = None,
+    columns: str | Sequence[str] | None = None,
 ) -> Poses:
     """Reads the poses of one sensor from a file of this or of another tracker.
 
     path: a table with a line of names (comma, semicolon, tab or blanks; comments begin with # or %), JSON lines, Motive CSV, NDI table or
     .igs.mha (PlusToolkit). Names are, in any order, for example time_s, x_mm, "Y (cm)", position_z, qw to qz, azimuth_deg, elevation, roll,
     rotvec_x, r11 to r33 or m11 to m44, frame, sensor, valid. sensor: its number or name, if the file has several. unit: of positions, m, cm,
-    mm or in, instead of the file's. time_unit: s, ms, us or ns. rate_hz: of the column frame, or of a file without time. rotation: how three
+    mm or in, if the file does not name it. time_unit: s, ms, us or ns, likewise. rate_hz: of the column frame, or of a file without time. rotation: how three
     angles turn: polhemus (azimuth, elevation, roll), rotvec, or axes as SciPy names them, for example ZYX; also xyzw or wxyz for q1 to q4.
-    columns: names, separated by commas, of a table without a line of names; "polhemus" is sensor,x,y,z,azimuth,elevation,roll.
+    columns: names, in a list or separated by commas, of a table without a line of names; "polhemus" is sensor,x,y,z,azimuth,elevation,roll.
 
     Rows with empty fields, or that are marked invalid, are left out and counted in Poses.notes. Raises ValueError with file, line and column
     for anything else, and OSError if the file cannot be read.
@@ -133,6 +139,10 @@ def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation
         raise PoseError(f"--time-unit must be s, ms, us or ns; is '{time_unit}'")
     if rate_hz is not None and not 0 < float(rate_hz) <= 1e6:
         raise PoseError(f"--rate-hz must be more than 0 and at most 1e6; is {rate_hz}")
+    if rotation is not None:
+        _pose_columns.check_rotation(str(rotation))
+    if columns is not None and not isinstance(columns, str):
+        columns = ",".join(map(str, columns))
     name = os.fspath(path)
     if os.path.isdir(name):
         raise PoseError(f"{name}: is a folder; give the file of poses")
@@ -140,11 +150,16 @@ def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation
         data = file.read()
     if not data.strip():
         raise PoseError(f"{name}: is empty")
-    other = _pose_formats.find(data)
-    if other is not None:
-        table = other(data, name, sensor)
-    elif re.match(rb"(\xef\xbb\xbf)?\s*\{", data):
-        table = _pose_formats.json_lines(data, name)
-    else:
-        table = _pose_text.table(data, name, columns)
-    return _pose_columns.poses(table, sensor=sensor, unit=unit, time_unit=time_unit, rate_hz=rate_hz, rotation=rotation)
+    try:
+        other = _pose_formats.find(data)
+        if other is not None:
+            table = other(data, name, sensor)
+        elif re.match(rb"(\xef\xbb\xbf)?\s*\{", data):
+            table = _pose_formats.json_lines(data, name)
+        else:
+            table = _pose_text.table(data, name, columns)
+        return _pose_columns.poses(table, sensor=sensor, unit=unit, time_unit=time_unit, rate_hz=rate_hz, rotation=rotation)
+    except PoseError:
+        raise
+    except (ValueError, LookupError, OverflowError, RecursionError, csv.Error) as error:
+        raise PoseError(f"{name}: is no table of poses that can be read ({error})") from None

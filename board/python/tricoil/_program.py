@@ -5,15 +5,27 @@ _program.py COMMAND --OPTION=VALUE... -- FILE...
 The program has checked the names of the options. The package is that of the same installation or build folder, or the system's.
 """
 
+import errno
+import importlib
 import importlib.util
 import json
 import os
 import sys
 
 
+def visible(text):
+    """The text with control characters escaped."""
+    return "".join(c if c in "\n\t" or c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+
+
 def refuse(message, code=2):
-    put(f"tricoil: {' '.join(str(message).splitlines())}\n", sys.stderr)
-    sys.exit(code)
+    """Ends the program with one line. What standard output still holds could not be written, and is not tried again."""
+    try:
+        if sys.stderr is not None:
+            print(visible(f"tricoil: {' '.join(str(message).splitlines())}"), file=sys.stderr, flush=True)
+    except OSError:  # nobody can be told; the exit status stays
+        pass
+    os._exit(code)
 
 
 def words_of(arguments):
@@ -37,15 +49,15 @@ def find_package():
 
 def put(text, file=sys.stdout):
     """Prints, with control characters escaped; a failed write ends the program once, with one line."""
-    safe = "".join(c if c in "\n\t" or c.isprintable() else f"\\x{ord(c):02x}" for c in text)
     try:
-        file.write(safe)
+        if file is None:  # the program was started without it
+            raise OSError(errno.EBADF, "it is closed")
+        file.write(visible(text))
         file.flush()
     except BrokenPipeError:
         raise
     except OSError as error:
-        print(f"tricoil: standard output could not be written completely ({error.strerror}); is the disk full?", file=sys.stderr, flush=True)
-        os._exit(3)
+        refuse(f"standard output could not be written completely ({error.strerror}); is the disk full?", 3)
 
 
 def put_result(result, as_json, text, file=sys.stdout):
@@ -92,10 +104,9 @@ def main():
             refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy", 3)
     find_package()
     try:
-        import tricoil
+        importlib.import_module("tricoil")
     except ImportError as error:
         refuse(f"{name}: needs the Python package of tricoil ({error}): install the package python3-tricoil", 3)
-    assert tricoil
     try:
         COMMANDS[name](*words_of(sys.argv[2:]))
     except ValueError as error:

@@ -22,6 +22,7 @@ OTHERS = {"aurora": "its field generator has more than three coils"}
 
 COLUMNS = 3
 SOLVERS = ("direct", "previous", "previous-frame")
+LONGEST_MS = 100  # of a window and of a latency; the path beyond the last pose is known no further
 SLOT_TOLERANCE = 0.05  # of a slot: poses come at whole numbers of slots, with the jitter of their time stamps
 
 
@@ -65,23 +66,28 @@ class Timing:
         """
         count = len(time_s)
         ages = np.full((count, COLUMNS), self.latency_s)
-        if not self.is_sequential or count < 2:
+        if count < 2:
+            return ages
+        interval_s = float(np.median(np.diff(time_s)))
+        if interval_s < (1 - SLOT_TOLERANCE) * self.slot_s:
+            raise PoseError(f"timing '{self.text}': a slot of {1e3 * self.slot_s:.4g} ms is longer than the pose interval of "
+                            f"{1e3 * interval_s:.4g} ms; give the slots as tdm:SLOTS/RATE, for example tdm:3/720")
+        if self.window_s > (1 + SLOT_TOLERANCE) * interval_s:
+            raise PoseError(f"timing '{self.text}': a window of {1e3 * self.window_s:.4g} ms is longer than the pose interval of "
+                            f"{1e3 * interval_s:.4g} ms; give a shorter one with window=MS")
+        if not self.is_sequential:
             return ages
         steps = np.diff(time_s) / self.slot_s
-        interval = float(np.median(steps))
-        if interval < 1 - SLOT_TOLERANCE:
-            raise PoseError(f"timing '{self.text}': a slot of {1e3 * self.slot_s:.4g} ms is longer than the pose interval of "
-                            f"{1e3 * interval * self.slot_s:.4g} ms; give the slots as tdm:SLOTS/RATE, for example tdm:3/720")
+        interval = interval_s / self.slot_s
         newest = np.full(count, COLUMNS - 1)
         if self.has_phases(time_s):
             newest = (COLUMNS - 1 + phase + np.append(0, np.cumsum(np.round(steps).astype(int)))) % COLUMNS
         elif interval < self.slots - SLOT_TOLERANCE:
             raise PoseError(f"timing '{self.text}': a frame of {self.slots} slots, {1e3 * self.slots * self.slot_s:.4g} ms, is longer than the pose interval of "
-                            f"{1e3 * interval * self.slot_s:.4g} ms, which is no whole number of its slots")
+                            f"{1e3 * interval_s:.4g} ms, which is no whole number of its slots")
         for place, coil in enumerate(self.order):
             ages[:, coil] += (newest - place) % COLUMNS * self.slot_s
         return ages
-
 
     def has_phases(self, time_s: NDArray) -> bool:
         """True if poses do not all have the same newest column: the tracker solves after each one."""
@@ -108,7 +114,7 @@ def _options(timing, words):
                 raise PoseError(f"timing '{timing.text}': order must name each coil once, the newest last, for example order=231; is '{value}'")
             timing = dataclasses.replace(timing, order=tuple(int(digit) - 1 for digit in value))
         elif name in ("window", "latency"):
-            timing = dataclasses.replace(timing, **{name + "_s": 1e-3 * _number(timing.text, value, name + " in ms", 0, 1000)})
+            timing = dataclasses.replace(timing, **{name + "_s": 1e-3 * _number(timing.text, value, name + " in ms", 0, LONGEST_MS)})
         elif name == "solver":
             if value not in SOLVERS:
                 raise PoseError(f"timing '{timing.text}': solver must be {', '.join(SOLVERS)}; is '{value}'")
@@ -142,7 +148,7 @@ def parse_timing(text: str) -> Timing:
         hint = f"; did you mean '{near[0]}'" if near else ""
         raise PoseError(f"unknown timing '{base}'{hint}; give tdm:SLOTS/RATE, for example tdm:3/720, fdm, {', '.join(NAMES)} or fit")
     slots, _, rate = numbers.partition("/")
-    if not slots.isdigit() or not COLUMNS <= int(slots) <= 16:
+    if not (slots.isascii() and slots.isdigit()) or not COLUMNS <= int(slots) <= 16:
         raise PoseError(f"timing '{text}': give tdm:SLOTS/RATE with 3 to 16 slots a frame and RATE slots a second, for example tdm:3/720")
     slot_s = 1 / _number(text, rate, "the rate of slots", 1, 1e5)
     return _options(Timing(text, slots=int(slots), slot_s=slot_s, window_s=slot_s), words)

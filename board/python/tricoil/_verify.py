@@ -10,7 +10,7 @@ from . import _align, _naive
 from ._align import UNKNOWNS
 from ._fit import is_better, modelled, with_true_attitude
 from ._match import FEWEST, fitted, with_even_times
-from ._poses import Poses, PoseError
+from ._poses import LARGEST_S, Poses, PoseError
 
 OUTLIER = 8.0
 MOST_OUTLIERS = 0.05
@@ -159,12 +159,13 @@ def verified(poses: Poses, reference: Poses, *, time_offset: float | None = None
     apart = begin_r - begin_t  # times are counted from the first pose of each recording: Unix times lose digits
     poses = with_even_times(dataclasses.replace(poses, time_s=poses.time_s - begin_t))
     reference = with_even_times(dataclasses.replace(reference, time_s=reference.time_s - begin_r))
+    option = "--time-offset"  # the one that messages name
     if same_clock and time_offset is None:
-        time_offset = 0.0
-    if time_offset is not None and not np.isfinite(time_offset):
-        raise PoseError("--time-offset must be a finite number of seconds")
+        option, time_offset = "--same-clock", 0.0
+    if time_offset is not None and not abs(time_offset) <= LARGEST_S:
+        raise PoseError(f"--time-offset must be a finite number of seconds, at most {LARGEST_S:g}")
     start_s = None if time_offset is None else time_offset - apart
-    pair, rows, base = fitted(poses, reference, start_s, same_clock)
+    pair, rows, base = fitted(poses, reference, start_s, same_clock, option)
     every = rows
     rows, name, fits = modelled(pair, every, base)
     if pair.has_attitude and not pair.reference.has_attitude and fits[name].pattern:
