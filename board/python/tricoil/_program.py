@@ -99,6 +99,8 @@ COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion}
 
 def main():
     name = sys.argv[1]
+    # Of matplotlib: its list of fonts is kept where it is for every program; no folder of settings is read or made.
+    os.environ["MPLCONFIGDIR"] = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "matplotlib")
     for module in ("numpy", "scipy"):
         if importlib.util.find_spec(module) is None:
             refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy", 3)
