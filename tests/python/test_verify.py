@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 import numpy as np
 import tricoil
@@ -181,6 +182,35 @@ class Moving(unittest.TestCase):
 class Patterns(unittest.TestCase):
     def test_each_has_its_own_name(self):
         self.assertEqual(len({str(pattern) for pattern in _naive.patterns(T)}), 18)
+
+
+class Unsolved(unittest.TestCase):
+    """A pose that the model cannot solve has no predicted error; it is not an error of zero."""
+
+    def test_has_no_error(self):
+        t = T[:9]
+        p, turn = truth(t)
+        aged = object.__new__(_naive.AgedCouplings)
+        aged.time_s, aged.scale, aged.position, aged.turn = t, 1.0, p, turn
+        x = np.array(tricoil.couplings(p, wxyz(turn)))
+        x[3] = 0
+        aged.ages = [x] * 3
+        error, turned = aged.error(_naive.patterns(T)[0])
+        self.assertEqual(list(np.flatnonzero(~_naive.is_known(error))), [3])
+        self.assertLess(turned.magnitude().max(), 1e-3)
+
+    def test_is_left_out(self):
+        error_of = _naive.AgedCouplings.error
+
+        def with_unsolved(aged, pattern):
+            error, turn = error_of(aged, pattern)
+            return np.where((np.rint(1e4 * aged.time_s) % 7 == 0)[:, None], np.nan, error), turn
+
+        with unittest.mock.patch.object(_naive.AgedCouplings, "error", with_unsolved):
+            result = Moving.verify(self, 2.5e-3, (2, 0, 1))
+        self.assertIn("coils S3 S1 S2", result["multiplexing"])
+        self.assertAlmostEqual(result["slot_s"], 2.5e-3, delta=5e-5)
+        self.assertGreater(result["r2"], 0.95)
 
 
 class BadInput(unittest.TestCase):

@@ -11,6 +11,7 @@ from ._path import Path
 
 HUBER = 4.0  # residuals beyond this many deviations have less weight
 FIRST_SLOT_S = 1e-3
+LEAST_KNOWN = 0.5  # share of the poses that a pattern must predict
 SHORTEST_SLOT_S, LONGEST_SLOT_S = 1e-4, 20e-3
 SURE = 40.0  # twice the logarithm of the likelihood ratio, for a choice among eighteen patterns
 # Standard deviations of what is known before the fit.
@@ -47,12 +48,18 @@ def refine(pair, a, rows, pattern=None, extra=None, steps=10):
     slot = a.slot_s if pattern is not None else 0.0
     previous = np.inf
     for _ in range(steps):
-        error, turn = _naive.AgedCouplings(pair, a, t, slot).error(pattern) if pattern else _naive.no_error(len(t))
+        more = slot + max(0.02 * slot, 2e-5)
+        error, turn = error_2, turn_2 = _naive.no_error(len(t))
+        if pattern:
+            error, turn = _naive.AgedCouplings(pair, a, t, slot).error(pattern)
+            error_2, turn_2 = _naive.AgedCouplings(pair, a, t, more).error(pattern)
+        known = _naive.is_known(error) & _naive.is_known(error_2)
+        if not known.all():
+            rows, t, error, turn, error_2, turn_2 = (one[known] for one in (rows, t, error, turn, error_2, turn_2))
+            extra = None if extra is None else extra[known]
         r, r_turn = _align.residuals(pair, a, rows, error if extra is None else error + extra, turn)
         of_p, of_turn = _align.jacobian(pair, a, rows)
         if pattern:
-            more = slot + max(0.02 * slot, 2e-5)
-            error_2, turn_2 = _naive.AgedCouplings(pair, a, t, more).error(pattern)
             of_p = np.concatenate((of_p, ((error_2 - error) / (more - slot))[:, :, None]), axis=2)
             if of_turn is not None:
                 of_turn = np.concatenate((of_turn, ((turn_2 * turn.inv()).as_rotvec() / (more - slot))[:, :, None]), axis=2)
@@ -95,23 +102,27 @@ def screened(pair, fit, rows, all_patterns):
     of_p, of_turn = _align.jacobian(pair, a, rows)
     aged = _naive.AgedCouplings(pair, a, t, FIRST_SLOT_S)
     found = []
-    for pattern in all_patterns:
+    for number, pattern in enumerate(all_patterns):
         error, turn = aged.error(pattern)
-        p = np.concatenate((of_p, (error / FIRST_SLOT_S)[:, :, None]), axis=2)
-        q = None if of_turn is None else np.concatenate((of_turn, (turn.as_rotvec() / FIRST_SLOT_S)[:, :, None]), axis=2)
-        x = step(a, r, r_turn, p, q)[0]
-        left = r - p @ x
-        score = np.sum(huber(np.linalg.norm(left, axis=1) / fit.sigma_m)[1])
+        known = _naive.is_known(error)
+        if known.mean() < LEAST_KNOWN:
+            continue
+        p = np.concatenate((of_p, (error / FIRST_SLOT_S)[:, :, None]), axis=2)[known]
+        q = None if of_turn is None else np.concatenate((of_turn, (turn.as_rotvec() / FIRST_SLOT_S)[:, :, None]), axis=2)[known]
+        of_known, turn_of_known = r[known], None if q is None else r_turn[known]
+        x = step(a, of_known, turn_of_known, p, q)[0]
+        left = of_known - p @ x
+        score = np.mean(huber(np.linalg.norm(left, axis=1) / fit.sigma_m)[1])
         if q is not None:
-            left = r_turn - q @ x
-            score += np.sum(huber(np.linalg.norm(left, axis=1) / deviation(r_turn))[1])
-        found.append((score if 0 < x[UNKNOWNS] < LONGEST_SLOT_S else np.inf, len(found), x[UNKNOWNS]))
+            left = turn_of_known - q @ x
+            score += np.mean(huber(np.linalg.norm(left, axis=1) / deviation(r_turn))[1])
+        found.append((score if 0 < x[UNKNOWNS] < LONGEST_SLOT_S else np.inf, number, x[UNKNOWNS]))
     return [(all_patterns[n], slot) for score, n, slot in sorted(found) if np.isfinite(score)]
 
 
 def is_better(fit, other):
     """True if the likelihood of `fit` is higher beyond doubt. Residuals that are alike from pose to pose count as one."""
-    ratio = other.square.sum() * other.sigma_m**2 / (fit.square.sum() * fit.sigma_m**2)
+    ratio = other.square.mean() * other.sigma_m**2 / (fit.square.mean() * fit.sigma_m**2)
     r = fit.residual / np.maximum(np.linalg.norm(fit.residual, axis=1) / (HUBER * fit.sigma_m), 1)[:, None]
     lags = range(1, min(len(r) // 4, 200))
     alike = [np.mean(np.sum(r[k:] * r[:-k], axis=1)) / np.mean(np.sum(r * r, axis=1)) for k in lags]
@@ -131,7 +142,7 @@ def modelled(pair, rows, base):
     for pattern, slot in screened(pair, base, rows, _naive.patterns(pair.poses.time_s))[:3]:
         a = dataclasses.replace(base.alignment, slot_s=float(slot))
         fits[f"TDM, {pattern}"] = refine(pair, a, rows, pattern)
-    best = min(fits, key=lambda name: fits[name].square.sum() * fits[name].sigma_m**2)
+    best = min(fits, key=lambda name: fits[name].square.mean() * fits[name].sigma_m**2)
     slot_s = fits[best].alignment.slot_s
     if best != "no skew" and not (is_better(fits[best], base) and slot_s > max(SHORTEST_SLOT_S, 5 * fits[best].deviations[UNKNOWNS])):
         best = "no skew"
@@ -149,8 +160,10 @@ def with_true_attitude(pair, fit, rows):
     poses = pair.poses
     measured = Rotation.from_quat(poses.quaternion_wxyz[:, [1, 2, 3, 0]])
     for _ in range(10):
-        error = _naive.AgedCouplings(pair, fit.alignment, poses.time_s, fit.alignment.slot_s).error(fit.pattern)[1]
-        pair = Pair(poses, Path(poses.time_s, poses.position_m, _naive.wxyz(error.inv() * measured)), pair.reference)
+        error, turn = _naive.AgedCouplings(pair, fit.alignment, poses.time_s, fit.alignment.slot_s).error(fit.pattern)
+        known = _naive.is_known(error)
+        true = _naive.wxyz(turn.inv() * measured)
+        pair = Pair(poses, Path(poses.time_s[known], poses.position_m[known], true[known]), pair.reference)
         before_s = fit.alignment.slot_s
         fit = refine(pair, fit.alignment, rows, fit.pattern, steps=4)
         if abs(fit.alignment.slot_s - before_s) < 1e-4 * before_s:

@@ -69,7 +69,10 @@ class AgedCouplings:
         self.ages = [couplings_of(pair, a, time_s - age * slot_s) for age in range(3)]
 
     def error(self, pattern):
-        """Motion error of each pose, measured minus true: position (N, 3), and the turn from the true attitude to the measured one."""
+        """Motion error of each pose, measured minus true: position (N, 3), and the turn from the true attitude to the measured one.
+
+        A pose that has no solution has the position NaN and no turn; is_known() tells.
+        """
         x = np.empty_like(self.ages[0])
         coils = pattern.coils(self.time_s)
         rows = np.arange(len(x))
@@ -79,8 +82,13 @@ class AgedCouplings:
         p = solved["position_m"]
         p = np.where(np.sum(p * self.position, axis=1)[:, None] < 0, -p, p)
         fine = solved["solved"]
-        turn = Rotation.from_quat(np.where(fine[:, None], solved["quaternion_wxyz"], (1.0, 0, 0, 0))[:, [1, 2, 3, 0]])
-        return self.scale * np.where(fine[:, None], p - self.position, 0), turn * self.turn.inv()
+        turn = Rotation.from_quat(np.where(fine[:, None], solved["quaternion_wxyz"], wxyz(self.turn))[:, [1, 2, 3, 0]])
+        return self.scale * np.where(fine[:, None], p - self.position, np.nan), turn * self.turn.inv()
+
+
+def is_known(error):
+    """Poses whose position error (N, 3) is predicted; the others are left out."""
+    return np.isfinite(error).all(axis=1)
 
 
 def no_error(count):

@@ -92,6 +92,9 @@ def errors_of(pair, fit, same_offset_s):
     rows = np.flatnonzero(ok)
     t = t[rows]
     predicted, turn_error = _naive.AgedCouplings(pair, a, t, a.slot_s).error(fit.pattern) if fit.pattern else _naive.no_error(len(t))
+    known = _naive.is_known(predicted)
+    ok[rows[~known]] = False
+    rows, t, predicted, turn_error = rows[known], t[known], predicted[known], turn_error[known]
     r, r_turn = _align.residuals(pair, a, rows, predicted, turn_error)
     measured = r + predicted
     if same_offset_s is not None:  # the error at the time stamp contains the latency
@@ -214,7 +217,7 @@ def multiplexing(fits, name):
     """Text of the multiplexing: TDM with its coils, none, or not determined."""
     if name != "no skew":
         return name
-    best = min((fit for fit in fits.values() if fit.pattern is not None), key=lambda fit: fit.square.sum() * fit.sigma_m**2, default=None)
+    best = min((fit for fit in fits.values() if fit.pattern is not None), key=lambda fit: fit.square.mean() * fit.sigma_m**2, default=None)
     if best is None or best.alignment.slot_s + 3 * best.deviations[UNKNOWNS] < 3e-4:
         return "none (FDM, or the tracker corrects it)"
     return "not determined by this motion"
@@ -223,6 +226,6 @@ def multiplexing(fits, name):
 def alternatives(fits, name):
     """Other models: residual relative to the chosen model's, and whether the recording rejects them."""
     chosen = fits[name]
-    total = chosen.square.sum() * chosen.sigma_m**2
-    return [{"name": other, "residual_ratio": float(np.sqrt(fit.square.sum() * fit.sigma_m**2 / total)), "rejected": is_better(chosen, fit)}
+    total = chosen.square.mean() * chosen.sigma_m**2
+    return [{"name": other, "residual_ratio": float(np.sqrt(fit.square.mean() * fit.sigma_m**2 / total)), "rejected": is_better(chosen, fit)}
             for other, fit in fits.items() if other != name]
