@@ -15,7 +15,7 @@
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
 #include "board/support/tracker_choice.hpp"
-#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::linux_board {
 namespace {

@@ -6,7 +6,7 @@
 #include "board/linux/column_correction.hpp"
 #include "board/linux/column_timing.hpp"
 #include "core/protocol/convert.hpp"
-#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/hemisphere.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {

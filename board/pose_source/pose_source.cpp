@@ -1,6 +1,6 @@
 #include "board/pose_source/pose_source.hpp"
 
-#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/hemisphere.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::host {

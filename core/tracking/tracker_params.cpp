@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/base/precision.hpp"
-#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::tracking {
 namespace {

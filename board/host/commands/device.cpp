@@ -18,7 +18,7 @@
 #include "board/support/whole_file.hpp"
 #include "core/calibration/blob.hpp"
 #include "core/protocol/command_arguments.hpp"
-#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "board/support/errors.hpp"
-#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host {
 

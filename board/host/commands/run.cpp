@@ -19,7 +19,7 @@
 #include "board/support/sim_input/scenario_file.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/tracker_choice.hpp"
-#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -2,8 +2,6 @@
 // sensor it is known as long as a hand cannot have reached the mirror image.
 #pragma once
 
-#include <cmath>
-
 #include "core/base/time.hpp"
 #include "core/linear/matrix.hpp"
 
@@ -11,13 +9,6 @@ namespace tricoil::tracking {
 
 /// Highest assumed speed of a sensor during a loss, m/s: a fast hand (recorded hands reach 2).
 constexpr double kMaxUnseenSpeed_m_s = 3;
-
-/// True for the direction of a half space, of any length whose square is a number, and for zero: unknown.
-template <typename Scalar>
-bool is_hemisphere(const Vec3<Scalar>& towards) {
-    const Scalar square = towards.squaredNorm();
-    return towards.isZero(0) || (std::isfinite(square) && square > 0);
-}
 
 /// Comparisons of positions (m, source frame) for Hemisphere, in floating point.
 template <typename Scalar>

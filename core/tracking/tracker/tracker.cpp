@@ -5,8 +5,8 @@
 
 #include "core/base/precision.hpp"
 #include "core/geometry/quaternion_sign.hpp"
+#include "core/tracking/hemisphere.hpp"
 #include "core/tracking/output_frame.hpp"
-#include "core/tracking/state/hemisphere.hpp"
 
 namespace tricoil::tracking {
 

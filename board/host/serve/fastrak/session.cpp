@@ -7,7 +7,7 @@
 
 #include "board/host/serve/fastrak/setting_commands.hpp"
 #include "core/base/angle_units.hpp"
-#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host::fastrak {
 namespace {

@@ -19,7 +19,7 @@
 #include "board/host/serve/web/pose_event.hpp"
 #include "board/host/serve/web/recording_library.hpp"
 #include "board/host/serve/web/request_head.hpp"
-#include "core/tracking/state/hemisphere.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host::web {
 namespace {
