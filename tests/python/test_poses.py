@@ -95,9 +95,11 @@ class Poses(unittest.TestCase):
         self.refused("column time_s is in s, not ms; leave time_unit out", time_unit="ms")
 
     def test_no_text_ends_in_another_exception(self):
-        for text in ('time_s,x_m,y_m,z_m\n0,"' + "1" * 200_000 + '",0,0\n', '{"a":' * 100_000, "time_us,x_m,y_m,z_m\n" + "1" * 400 + ",0,0,0\n"):
+        no_table = "is no table of poses that can be read"
+        for text, why in (('time_s,x_m,y_m,z_m\n0,"' + "1" * 200_000 + '",0,0\n', ":2: the position is not finite"), ('{"a":' * 100_000, no_table),
+                          ("time_us,x_m,y_m,z_m\n" + "1" * 400 + ",0,0,0\n", no_table)):
             self.write(text)
-            self.refused("is no table of poses that can be read")
+            self.refused(why)
         for header in ("Frame,Time (Seconds),X,Y", "Frame"):
             self.write("Format Version,1.23,Length Units,Meters,Capture Frame Rate,100\n\n,Type,Body,Body,Body\n,Name,pen,pen,pen\n,,Position,Position\n" + header + "\n0,0,1,2\n")
             self.refused("has no column Position Z" if "," in header else "poses.csv")
