@@ -4,7 +4,6 @@ read_poses() finds the format; _pose_text splits the lines, _pose_columns gives 
 other systems. Messages name options as the program does; read_poses() gives them the names of its arguments.
 """
 
-import csv
 import dataclasses
 import os
 import re
@@ -161,5 +160,5 @@ def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation
         return _pose_columns.poses(table, sensor=sensor, unit=unit, time_unit=time_unit, rate_hz=rate_hz, rotation=rotation)
     except PoseError:
         raise
-    except (ValueError, LookupError, OverflowError, RecursionError, csv.Error) as error:
+    except (ValueError, LookupError, OverflowError, RecursionError) as error:
         raise PoseError(f"{name}: is no table of poses that can be read ({error})") from None
