@@ -7,6 +7,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from . import _tricoil
+from ._frame_solver import direct, matrices
+from ._path import turns
 
 
 class Counter:
@@ -57,7 +59,7 @@ def wxyz(turn):
 
 def couplings_of(pair, a, time_s):
     p, turn = pair.expected(a, time_s)
-    return _tricoil.couplings(np.ascontiguousarray(p), wxyz(turn), 1.0, "")
+    return matrices((p, wxyz(turn)))
 
 
 class AgedCouplings:
@@ -78,11 +80,9 @@ class AgedCouplings:
         rows = np.arange(len(x))
         for age in range(3):
             x[rows, :, coils[:, age]] = self.ages[age][rows, :, coils[:, age]]
-        solved = _tricoil.solve(x, np.ones(len(x)), 1.0, np.array([1.0, 0.0, 0.0]), "", None)
-        p = solved["position_m"]
-        p = np.where(np.sum(p * self.position, axis=1)[:, None] < 0, -p, p)
-        fine = solved["solved"]
-        turn = Rotation.from_quat(np.where(fine[:, None], solved["quaternion_wxyz"], wxyz(self.turn))[:, [1, 2, 3, 0]])
+        p, quaternion_wxyz = direct(x, self.position)
+        fine = np.isfinite(p[:, 0])
+        turn = turns(np.where(fine[:, None], quaternion_wxyz, wxyz(self.turn)))
         return self.scale * np.where(fine[:, None], p - self.position, np.nan), turn * self.turn.inv()
 
 

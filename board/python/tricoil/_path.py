@@ -5,6 +5,8 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import solveh_banded
 from scipy.spatial.transform import Rotation
 
+from ._pose_path import continuous
+
 GAP = 4.0  # a longer pause is a gap, in median sample intervals
 FEWEST = 5  # samples of a segment
 STRENGTHS = np.logspace(-6, 6, 25)  # of the smoothing, lambda / h^3
@@ -73,8 +75,7 @@ class Path:
         x = [time_s[part] for part in parts]
         self.position, (self.noise_m2, self.spline_m2) = self.splines(x, [position_m[part] for part in parts])
         if self.has_attitude:
-            q = np.array(quaternion_wxyz)
-            q[1:][np.cumsum(np.sum(q[1:] * q[:-1], axis=1) < 0) % 2 == 1] *= -1
+            q = continuous(np.asarray(quaternion_wxyz))
             self.attitude, _ = self.splines(x, [q[part] for part in parts])
 
     @staticmethod
