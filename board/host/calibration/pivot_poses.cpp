@@ -130,7 +130,6 @@ PivotRecord read_pivot_poses(const std::string& path, std::optional<std::uint8_t
     if (found == records.end()) {
         throw InputError(fmt::format("{}: has no poses of sensor {}", path, *sensor));
     }
-    found->second.name = path;
     found->second.sensor = found->first;
     return std::move(found->second);
 }

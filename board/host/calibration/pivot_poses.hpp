@@ -4,10 +4,24 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "board/host/calibration/pivot.hpp"
+#include "core/linear/quaternion.hpp"
 
 namespace tricoil::host {
+
+/// Pose of the sensor on a pointer, with its covariance.
+struct PivotPose {
+    Vec3<double> position_m = Vec3<double>::Zero();
+    Quat<double> q_source_sensor = Quat<double>::Identity();
+    Mat6<double> covariance = Mat6<double>::Zero();  // position (m), then small rotation (rad), source frame
+};
+
+struct PivotRecord {
+    std::uint8_t sensor = 0;
+    std::vector<PivotPose> poses;  // the valid ones, in the order of the file
+    std::size_t invalid = 0;       // number of poses left out
+};
 
 /// `path`: the folder of a recording, which has full covariances, or a file of `run --out` or of JSON lines, which has standard
 /// deviations. `sensor`: empty: the only one in the file. Throws InputError, naming file and line: missing columns or keys,

@@ -56,8 +56,7 @@ std::string last_line(const fs::path& file) {
 
 /// Runs _draw.py in `folder` and writes its messages to a file. Returns the exit status. After a signal it ends Python and throws
 /// Interrupted.
-int run(const char* python, const fs::path& folder, std::vector<std::string> words, const InterruptGuard& guard,
-        const std::function<void()>& each_poll) {
+int run(const char* python, const fs::path& folder, std::vector<std::string> words, const InterruptGuard& guard) {
     words.insert(words.begin(), {python, "-I", drawing_program().string()});  // -I: imports nothing of the user's folders
     std::vector<char*> arguments;
     std::ranges::transform(words, std::back_inserter(arguments), [](std::string& word) { return word.data(); });
@@ -77,10 +76,7 @@ int run(const char* python, const fs::path& folder, std::vector<std::string> wor
     while (::waitpid(child, &status, WNOHANG) == 0) {
         if (guard.interrupted()) {
             ::kill(child, SIGKILL);  // it writes only to the staging folder, which is removed
-            ::waitpid(child, &status, 0);
         }
-        guard.check();
-        each_poll();
         std::this_thread::sleep_for(kPollInterval);
     }
     guard.check();  // a signal from the terminal ends Python too
@@ -89,17 +85,10 @@ int run(const char* python, const fs::path& folder, std::vector<std::string> wor
 
 }  // namespace
 
-std::string draw(const fs::path& folder, const std::vector<std::string>& words, const InterruptGuard& guard,
-                 const ShowShare& progress) {
-    const auto show_progress = [&] {
-        const auto drawn = std::ranges::count_if(words, [&](const std::string& word) { return fs::exists(folder / word); });
-        if (progress && drawn > 0) {  // the last of them is not complete
-            progress(static_cast<double>(drawn - 1) / static_cast<double>(words.size()));
-        }
-    };
-    int status = run(kPython, folder, words, guard, show_progress);
+std::string draw(const fs::path& folder, const std::vector<std::string>& words, const InterruptGuard& guard) {
+    int status = run(kPython, folder, words, guard);
     if (status == kHasNoMatplotlib && fs::exists(kSystemPython)) {  // python3 is one of the user's: the packages are the system's
-        status = run(kSystemPython, folder, words, guard, show_progress);
+        status = run(kSystemPython, folder, words, guard);
     }
     std::string message = last_line(folder / kLog);
     fs::remove(folder / kLog);
@@ -111,9 +100,9 @@ std::string draw(const fs::path& folder, const std::vector<std::string>& words, 
 }
 
 void draw_and_publish(StagedFolder& folder, const std::string& target, const std::vector<std::string>& pictures,
-                      const InterruptGuard& guard, const ShowShare& progress) {
+                      const InterruptGuard& guard) {
     try {
-        draw(folder.path(), pictures, guard, progress);
+        draw(folder.path(), pictures, guard);
     } catch (const InputError& error) {
         for (const std::string& picture : pictures) {
             fs::remove(folder.path() / picture);

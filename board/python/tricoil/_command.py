@@ -58,6 +58,18 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
             return _demodulate.run(*arguments, **{key: value for key, value in options.items() if value is not None})[0]
         except ValueError as error:
             raise ValueError(own_names(str(error))) from None
+    if name == "calibrate pivot":
+        from ._pivot import pivot
+
+        options.pop("json", None)
+        return pivot(*arguments, **options)
+    if name == "figures":
+        from . import _figures
+
+        if arguments or "out" not in options:
+            raise ValueError("figures takes out, the folder for them, and no files")
+        options.pop("json", None)
+        return _figures.run(**options)
     words = [*name.split(), *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
     try:
         _, text = _tricoil.command(words if arguments else words[:-1])

@@ -1,13 +1,13 @@
 """Tip of a pointer."""
 
-import json
 import os
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _tricoil
-from ._command import command
+from ._command import own_names
+from ._pivot_fit import calibrate
 
 
 def pivot(poses: NDArray | str | os.PathLike, *, sensor: int | None = None, out: str | os.PathLike | None = None) -> dict:
@@ -24,9 +24,11 @@ def pivot(poses: NDArray | str | os.PathLike, *, sensor: int | None = None, out:
     >>> tip = tricoil.pivot(tricoil.load("take1"))
     >>> source.set_tip(tip["tip_m"], covariance_m2=tip["tip_covariance_m2"])
     """
-    target = None if out is None else os.fspath(out)
     if isinstance(poses, (str, os.PathLike)):
-        return command("calibrate pivot", poses, sensor=sensor, out=target)
+        try:
+            return of_file(os.fspath(poses), sensor, out)
+        except ValueError as error:
+            raise ValueError(own_names(str(error))) from None
     rows = np.asarray(poses)
     names = rows.dtype.names or ()
     for name, shape in (("position_m", (3,)), ("quaternion_wxyz", (4,)), ("covariance", (6, 6))):
@@ -45,4 +47,37 @@ def pivot(poses: NDArray | str | os.PathLike, *, sensor: int | None = None, out:
     for name, values in zip(("position_m", "quaternion_wxyz", "covariance"), fields):
         if not np.all(np.isfinite(values)):
             raise ValueError(f"{name}: a valid pose has a number that is not finite")
-    return json.loads(_tricoil.pivot(*fields, chosen, int(np.sum(~usable)), target or ""))
+    return result("poses", chosen, int(np.sum(~usable)), fields, out)
+
+
+def result(name, sensor, invalid, fields, out) -> dict:
+    """What `tricoil calibrate pivot --json` prints; writes the file `out`. fields: position, quaternion and covariance of the valid poses."""
+    found = calibrate(*fields, name)
+    if out is not None:
+        _tricoil.write_tip(os.fspath(out), sensor, found["tip_m"], found["tip_covariance_m2"])
+    option = f"{sensor}:" + ",".join(f"{x:.6f}" for x in found["tip_m"])
+    return {"sensor": sensor, "poses": len(fields[0]), "invalid": invalid, **found, "option": option, "out": os.fspath(out or "")}
+
+
+def of_file(path, sensor=None, out=None) -> dict:
+    """The same for a file or a recording. Raises ValueError with the names of the program's options."""
+    if out is not None and os.path.exists(out) and os.path.exists(path) and os.path.samefile(out, path):
+        raise ValueError(f"--out {os.fspath(out)}: is also an input file; choose another file")
+    chosen, invalid, *fields = _tricoil.pivot_poses(path, None if sensor is None else int(sensor))
+    return result(path, chosen, invalid, fields, out)
+
+
+def text(found: dict) -> str:
+    """The result as the program prints it."""
+    def in_mm(name):
+        return " ".join(f"{1e3 * x:.3f}" for x in found[name]) + " mm"
+
+    lines = [f"{found['poses']} poses of sensor {found['sensor']}, {found['invalid']} invalid, {found['outliers']} outliers; every axis of the "
+             f"sensor tilts by {found['tilt_deg']:.1f} deg RMS or more",
+             f"  tip      {in_mm('tip_m')} in the sensor frame, +- {in_mm('tip_std_m')}",
+             f"  pivot    {in_mm('pivot_m')} in the source frame, +- {in_mm('pivot_std_m')}",
+             f"  residual {1e3 * found['residual_rms_m']:.3f} mm RMS, {found['residual_sigmas']:.2f} times the poses' standard deviations; "
+             f"covariance enlarged by {found['covariance_inflation']:.2f}",
+             *(f"warning: {warning}" for warning in found["warnings"]),
+             f"wrote {found['out']}; use it with --tip {found['out']}" if found["out"] else f"  use it with --tip {found['option']}"]
+    return "\n".join(lines) + "\n"

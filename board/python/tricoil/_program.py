@@ -10,6 +10,7 @@ import importlib
 import importlib.util
 import json
 import os
+import signal
 import sys
 
 
@@ -94,14 +95,38 @@ def demodulate(options, files):
         sys.exit(1)
 
 
-COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion}
+def figures(options, files):
+    from tricoil import _figures
+
+    as_json = options.pop("json", False)
+    result = _figures.run(**options)
+    put_result(result, as_json, _figures.text(result))
 
 
-def main():
-    name = sys.argv[1]
+def pivot(options, files):
+    from tricoil import _pivot
+
+    as_json = options.pop("json", False)
+    result = _pivot.of_file(files[0], **options)
+    put_result(result, as_json, _pivot.text(result))
+
+
+COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "figures": figures, "motion": motion, "pivot": pivot}
+WITHOUT_SCIPY = ("figures", "pivot")
+
+
+class Interrupted(KeyboardInterrupt):
+    """A signal that ends the program after it has removed what it has not finished."""
+
+
+def interrupt(number, _):
+    raise Interrupted(number)
+
+
+def start(name, words):
     # Of matplotlib: its list of fonts is kept where it is for every program; no folder of settings is read or made.
     os.environ["MPLCONFIGDIR"] = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "matplotlib")
-    for module in ("numpy", "scipy"):
+    for module in ("numpy",) if name in WITHOUT_SCIPY else ("numpy", "scipy"):
         if importlib.util.find_spec(module) is None:
             refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy", 3)
     find_package()
@@ -109,8 +134,15 @@ def main():
         importlib.import_module("tricoil")
     except ImportError as error:
         refuse(f"{name}: needs the Python package of tricoil ({error}): install the package python3-tricoil", 3)
+    COMMANDS[name](*words_of(words))
+
+
+def main():
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, interrupt)
     try:
-        COMMANDS[name](*words_of(sys.argv[2:]))
+        start(sys.argv[1], sys.argv[2:])
     except ValueError as error:
         refuse(error)
     except BrokenPipeError:
@@ -119,8 +151,8 @@ def main():
         refuse(f"{error.filename}: {error.strerror}" if error.filename else error, 2 if isinstance(error, (FileNotFoundError, PermissionError)) else 3)
     except MemoryError:
         refuse("out of memory; the input is too large for this machine", 3)
-    except KeyboardInterrupt:
-        refuse("interrupted; nothing was written", 130)
+    except KeyboardInterrupt as error:
+        refuse("interrupted; nothing was written", 128 + (error.args or (signal.SIGINT,))[0])
 
 
 if __name__ == "__main__":
