@@ -6,8 +6,8 @@
 #include "board/host/calibration/pivot_poses.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/tool_tip.hpp"
-#include "board/support/whole_file.hpp"
 
 namespace tricoil::python {
 namespace {

@@ -44,13 +44,7 @@ private:
 /// Replaces the file, or the target of a symbolic link, by a new one with `text` that only this user can read.
 void write_private_file(const std::filesystem::path& path, std::string_view text);
 
-/// Throws InputError if `path` is an existing file without write permission, also for root.
-void refuse_write_protected(const std::filesystem::path& path);
-
-/// Not open if there is no such folder.
-drivers::FileDescriptor open_folder(const std::filesystem::path& folder);
-
-/// Target of symbolic links; the target file need not exist. Throws InputError for unresolvable links.
-std::filesystem::path without_links(const std::filesystem::path& path);
+/// Writes `text` through an OutputFile and throws like it.
+void write_whole_file(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace tricoil::host

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "board/support/errors.hpp"
-#include "board/support/whole_file.hpp"
+#include "board/support/output_file.hpp"
 #include "tests/support/temporary_path.hpp"
 
 namespace tricoil::host {
@@ -289,22 +289,6 @@ TEST_F(Folder, StandardOutputTakesCsvAndSummary) {
     ASSERT_EQ(std::system(line.c_str()), 0);
     EXPECT_THAT(text_of(path_ / "both"), HasSubstr("time_s,stamp_us"));
     EXPECT_THAT(text_of(path_ / "both"), HasSubstr("position error at most"));
-}
-
-TEST_F(Folder, StagedFolderKeepsOtherFiles) {
-    std::ofstream(path_ / "mine.txt") << "mine";
-    {
-        StagedFolder staged(path_);
-        write_whole_file(staged.path() / "a.csv", "a");
-    }
-    EXPECT_EQ(entries(), 1) << "not published, no temporary files";
-    {
-        StagedFolder staged(path_);
-        write_whole_file(staged.path() / "a.csv", "a");
-        staged.publish();
-    }
-    EXPECT_EQ(entries(), 2);
-    EXPECT_TRUE(fs::exists(path_ / "mine.txt"));
 }
 
 }  // namespace

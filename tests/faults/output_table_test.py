@@ -22,7 +22,7 @@ COILS = "--model concentric"
 # Options with a name of a file or folder that is read.
 INPUTS = {"--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory"}
 STDOUT = "standard output"
-PYTHON = {"demodulate"}  # commands that need the Python package
+PYTHON = {"calibrate pivot", "demodulate", "figures", "plot"}  # commands that need the Python package
 
 
 class Elsewhere(str):

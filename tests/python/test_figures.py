@@ -41,6 +41,16 @@ class Figures(unittest.TestCase):
             tricoil.command("figures", out=self.out, hand_motion=self.folder.name)
         self.assertFalse(os.path.exists(self.out))
 
+    def test_other_files_are_kept(self):
+        mine = os.path.join(self.folder.name, "mine.txt")
+        open(mine, "w", encoding="utf-8").close()
+        for publish, expected in ((False, ["mine.txt"]), (True, ["a.csv", "mine.txt"])):
+            with StagedFolder(self.folder.name) as staged:
+                open(os.path.join(staged.path, "a.csv"), "w", encoding="utf-8").close()
+                if publish:
+                    staged.publish()
+            self.assertEqual(sorted(os.listdir(self.folder.name)), expected)
+
     def test_a_read_only_file_is_not_replaced(self):
         with StagedFolder(self.folder.name) as staged:
             for name in ("a", "b"):

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <numeric>
@@ -15,13 +16,11 @@
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/host/commands/commands.hpp"
-#include "board/host/figures/draw.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
-#include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -36,6 +35,7 @@ struct EvaluateCommand {
     std::string stage_from;                  // calibration file whose errors of the stage are used; empty: those of `calibration`
     std::vector<std::string> fixture_names;  // FILE=NAME
     bool refit_fixtures = false;
+    bool csv_only = false;
     bool json = false;
 };
 
@@ -185,6 +185,15 @@ std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile&
     return "from " + command.stage_from;
 }
 
+void write_errors(const std::string& folder, const std::string& csv) {
+    std::error_code error;
+    std::filesystem::create_directory(folder, error);
+    refuse_if(error || !std::filesystem::is_directory(folder),
+              "cannot use output folder {}: {}; create its parent or choose another", folder,
+              error ? error.message() : "it is a file");
+    write_whole_file(std::filesystem::path(folder) / "pose_errors.csv", csv);
+}
+
 int evaluate_command(const EvaluateCommand& command) {
     const auto solver = static_cast<EvaluationSolver>(index_of_name("solver", command.solver, kSolvers));
     CalibrationFile calibration = read_calibration(command.calibration);
@@ -209,10 +218,7 @@ int evaluate_command(const EvaluateCommand& command) {
     }
     const ErrorReport report = summarise_errors(errors, files);
     if (!command.out.empty()) {
-        const InterruptGuard interrupt;
-        StagedFolder folder(command.out);
-        write_whole_file(folder.path() / "pose_errors.csv", error_csv(errors, files));
-        draw_and_publish(folder, command.out, {"error_vectors.svg"}, interrupt);
+        write_errors(command.out, error_csv(errors, files));
     }
     Json result = result_of(command, report, stage_errors, fits_scale);
     if (calibration.calibration.misfit_floor > 0) {
@@ -223,9 +229,13 @@ int evaluate_command(const EvaluateCommand& command) {
     if (report.not_converged > 0) {
         print_notice("tricoil: {} poses did not converge and are not in the table: {}\n", report.not_converged,
                      places_not_converged(errors, files));
-        return to_int(ExitCode::check_failed);
     }
-    return to_int(ExitCode::fine);
+    const int code = to_int(report.not_converged > 0 ? ExitCode::check_failed : ExitCode::fine);
+    if (command.out.empty() || command.csv_only) {
+        return code;
+    }
+    end_standard_output();
+    return continue_in_python("evaluate-picture", {"--out=" + command.out, fmt::format("--code={}", code), "--"});
 }
 
 }  // namespace
@@ -256,6 +266,7 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
         sub->add_option(name)->description("--dynamic: " + std::string(text))->type_name("TEXT")->needs(dynamic);
     }
     sub->add_option("--out", c->out, "Folder for the errors as CSV and picture")->type_name(kFolderType);
+    sub->add_flag("--csv-only", c->csv_only, "CSV file only");
     sub->add_flag("--json", c->json, "Result as JSON");
     set_examples(
         sub, {{"poses that were not used for the calibration", "tricoil evaluate --calibration cal.toml --out errors test/*.dat"},

@@ -70,12 +70,31 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
             raise ValueError("figures takes out, the folder for them, and no files")
         options.pop("json", None)
         return _figures.run(**options)
+    if name == "plot":
+        return _plot(*map(os.fspath, arguments), **options)
+    draws = name == "evaluate" and options.get("out") and not options.get("csv_only")
+    if draws:
+        options["csv_only"] = True
     words = [*name.split(), *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
     try:
         _, text = _tricoil.command(words if arguments else words[:-1])
     except ValueError as error:
         raise ValueError(own_names(str(error))) from None
+    if draws:
+        from ._drawing import draw_beside
+
+        draw_beside(os.fspath(options["out"]), "pose_errors.csv", "error_vectors.svg")
     return json.loads(text)
+
+
+def _plot(poses, out=None, **options):
+    from . import _plot_command
+
+    stages = {name: value for name, value in options.items() if name != "json" and value is not None and value is not False}
+    try:
+        return _plot_command.run(poses, _words(stages), None if out is None else os.fspath(out), stages)
+    except ValueError as error:
+        raise ValueError(own_names(str(error))) from None
 
 
 def calibrate(files: Sequence[str | os.PathLike], out: str | os.PathLike, kind: str = "stage", **options: Any) -> dict:

@@ -30,12 +30,14 @@ def refuse(message, code=2):
 
 
 def words_of(arguments):
-    """Options by name, with _ for -, and files."""
+    """Options by name, with _ for -, and files. An option that is given several times has a list."""
     end = arguments.index("--")
     options = {}
     for word in arguments[:end]:
         name, has_value, value = word[2:].partition("=")
-        options[name.replace("-", "_")] = value if has_value else True
+        key = name.replace("-", "_")
+        value = value if has_value else True
+        options[key] = value if key not in options else [*(options[key] if isinstance(options[key], list) else [options[key]]), value]
     return options, arguments[end + 1:]
 
 
@@ -111,8 +113,27 @@ def pivot(options, files):
     put_result(result, as_json, _pivot.text(result))
 
 
-COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "figures": figures, "motion": motion, "pivot": pivot}
-WITHOUT_SCIPY = ("figures", "pivot")
+def plot(options, files):
+    from tricoil import _plot_command
+    from tricoil._command import _words
+
+    as_json = options.pop("json", False)
+    out = options.pop("out", None)
+    result = _plot_command.run(files[0], _words(options), out, options)
+    put_result(result, as_json, _plot_command.text(result), sys.stderr if out == "-" else sys.stdout)
+
+
+def evaluate_picture(options, files):
+    """The picture of evaluate --out, which has printed its result."""
+    from tricoil import _drawing
+
+    _drawing.draw_beside(options["out"], "pose_errors.csv", "error_vectors.svg")
+    sys.exit(int(options["code"]))
+
+
+COMMANDS = {"demodulate": demodulate, "evaluate-picture": evaluate_picture, "evaluate": evaluate, "figures": figures, "motion": motion, "pivot": pivot,
+            "plot": plot}
+WITHOUT_SCIPY = ("evaluate-picture", "figures", "pivot", "plot")
 
 
 class Interrupted(KeyboardInterrupt):

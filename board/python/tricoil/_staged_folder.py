@@ -1,4 +1,4 @@
-"""Output folder whose files are written all or not at all: the rules of board/support/whole_file.hpp."""
+"""Output folder whose files are written all or not at all."""
 
 import contextlib
 import fcntl
