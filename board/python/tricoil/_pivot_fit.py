@@ -104,8 +104,8 @@ def robust_start(poses):
     sides = -poses.position_m[trials].reshape(TRIALS, -1)
     solutions = applied(np.linalg.pinv(rows, rcond=1e-8), sides)
     scored = poses[:: -(-count // SCORED_POSES)]
-    scores = [np.median(np.sum(scored.residuals(x) ** 2, axis=1)) for x in solutions]
-    return solutions[int(np.argmin(scores))]
+    residuals = scored.position_m[:, None] + np.einsum("nij,tj->nti", scored.rotation, solutions[:, :3]) - solutions[:, 3:]
+    return solutions[int(np.argmin(np.median(np.sum(residuals**2, axis=2), axis=0)))]
 
 
 def fit_tip(poses):
