@@ -40,6 +40,20 @@ def value(file, name):
     return number(match.group(2))
 
 
+def has(file, name):
+    return _parameter(name).search(netlists()[file]) is not None
+
+
+def put(file, name, new):
+    """Writes a value with three digits into a netlist."""
+    text = netlists()[file]
+    suffix, scale = next((s, f) for s, f in (("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9)) if abs(new) >= 0.1 * f)
+    changed = _parameter(name).sub(rf"\g<1>{name}={new / scale:.3g}{suffix}", text, count=1)
+    if changed != text:
+        with open(os.path.join(CIRCUITS, file), "w") as handle:
+            handle.write(changed)
+
+
 def run(bench, **overrides):
     """Runs a bench; returns its printed results, name to value. An override must name a parameter of the bench or of an included circuit."""
     with tempfile.TemporaryDirectory() as folder:
