@@ -7,8 +7,7 @@ from sheet import Sheet
 
 def _v(file, name, unit="ohm"):
     """Readable form of a value of a netlist."""
-    text = re.search(rf"^\.param\b.*? {name}=(\S+)", spice.netlists()[file], re.M)[1]
-    number, prefix = re.fullmatch(r"([0-9.]+)(meg|[pnumk]?)", text).groups()
+    number, prefix = re.fullmatch(r"([0-9.]+)(meg|[pnumk]?)", spice.text(file, name)).groups()
     return f"{number} {'M' if prefix == 'meg' else prefix}{unit}"
 
 

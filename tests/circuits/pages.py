@@ -1,4 +1,5 @@
 """Generates the tables of the pages from results.csv. In a page a table is between <!-- table NAME --> and <!-- end -->."""
+import csv
 import math
 import os
 import re
@@ -8,6 +9,7 @@ import checks
 import coil_drawings
 import drawings
 import formers
+import spice
 from spice import CIRCUITS
 from winding import Triads
 
@@ -158,10 +160,28 @@ def wires_to_buy():
     return [f"{wire['name']}; {math.ceil(WASTE * triads.wire_m(name))} m" for name, wire in triads.data["wire"].items()]
 
 
+# Parts of the netlists by circuit of the bill of materials: (netlist, parameters)
+PARTS = {"power stage": ("power_stage.cir", "ra rb rf rd rset rsn cblk cb csn cbulk rs"),
+         "preamplifier": ("preamplifier.cir", "rg rf r1 r2 r3 r4 c1 c2 c4 rdamp"),
+         "reference": ("reference.cir", "r1 r2 r3 r4 c1 c2 c4 rfeed cfeed"), "enable": ("enable.cir", "re rpull chb rhb rin")}
+
+
+def _value_of_part(file, name):
+    """'8.06 k', '2.2 nF' of a part, as in the bill of materials."""
+    number, prefix = re.fullmatch(r"([0-9.]+)(meg|[pnumk]?)", spice.text(file, name)).groups()
+    if name.startswith("c"):
+        return f"{number} {prefix}F"
+    return f"{number} {prefix}".strip()
+
+
 def _bill_errors():
+    """Wires and values of the netlists that the bill of materials does not have."""
     with open(_path("bill-of-materials.csv")) as file:
-        bill = file.read()
-    return [f"bill-of-materials.csv without '{text}'" for text in wires_to_buy() if text not in bill]
+        rows = list(csv.DictReader(file))
+    needed = [("coils", text) for text in wires_to_buy()]
+    needed += [(circuit, _value_of_part(file, name)) for circuit, (file, names) in PARTS.items() for name in names.split()]
+    return [f"bill-of-materials.csv: {circuit} without '{text}'," for circuit, text in needed
+            if not any(circuit in row["circuit"] and re.search(rf"(?<![0-9.]){re.escape(text)}(?![0-9.])", row["value or type"]) for row in rows)]
 
 
 def _files(results):

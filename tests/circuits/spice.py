@@ -32,12 +32,17 @@ def netlists():
     return texts
 
 
-def value(file, name):
-    """Value of a parameter of a netlist."""
+def text(file, name):
+    """Text of a parameter of a netlist, like '4.7k'."""
     match = _parameter(name).search(netlists()[file])
     if match is None:
         raise KeyError(f"{file} has no parameter {name}")
-    return number(match.group(2))
+    return match.group(2)
+
+
+def value(file, name):
+    """Value of a parameter of a netlist."""
+    return number(text(file, name))
 
 
 def has(file, name):
@@ -46,10 +51,10 @@ def has(file, name):
 
 def put(file, name, new):
     """Writes a value with three digits into a netlist."""
-    text = netlists()[file]
+    netlist = netlists()[file]
     suffix, scale = next((s, f) for s, f in (("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9)) if abs(new) >= 0.1 * f)
-    changed = _parameter(name).sub(rf"\g<1>{name}={new / scale:.3g}{suffix}", text, count=1)
-    if changed != text:
+    changed = _parameter(name).sub(rf"\g<1>{name}={new / scale:.3g}{suffix}", netlist, count=1)
+    if changed != netlist:
         with open(os.path.join(CIRCUITS, file), "w") as handle:
             handle.write(changed)
 
