@@ -1,14 +1,10 @@
 """The schematics, with the values of the netlists."""
-import re
-
 import spice
 from sheet import Sheet
 
 
 def _v(file, name, unit="ohm"):
-    """Readable form of a value of a netlist."""
-    number, prefix = re.fullmatch(r"([0-9.]+)(meg|[pnumk]?)", spice.text(file, name)).groups()
-    return f"{number} {'M' if prefix == 'meg' else prefix}{unit}"
+    return spice.readable(file, name, unit)
 
 
 def power_stage():

@@ -9,6 +9,7 @@ import checks
 import coil_drawings
 import drawings
 import formers
+import netlist
 import spice
 from spice import CIRCUITS
 from winding import Triads
@@ -168,10 +169,7 @@ PARTS = {"power stage": ("power_stage.cir", "ra rb rf rd rset rsn cblk cb csn cb
 
 def _value_of_part(file, name):
     """'8.06 k', '2.2 nF' of a part, as in the bill of materials."""
-    number, prefix = re.fullmatch(r"([0-9.]+)(meg|[pnumk]?)", spice.text(file, name)).groups()
-    if name.startswith("c"):
-        return f"{number} {prefix}F"
-    return f"{number} {prefix}".strip()
+    return spice.readable(file, name, "F" if name.startswith("c") else "")
 
 
 def _bill_errors():
@@ -180,13 +178,14 @@ def _bill_errors():
         rows = list(csv.DictReader(file))
     needed = [("coils", text) for text in wires_to_buy()]
     needed += [(circuit, _value_of_part(file, name)) for circuit, (file, names) in PARTS.items() for name in names.split()]
-    return [f"bill-of-materials.csv: {circuit} without '{text}'," for circuit, text in needed
+    return [f"bill-of-materials.csv: {circuit} without '{text}'" for circuit, text in needed
             if not any(circuit in row["circuit"] and re.search(rf"(?<![0-9.]){re.escape(text)}(?![0-9.])", row["value or type"]) for row in rows)]
 
 
 def _files(results):
     drawn = [(name, draw().svg()) for name, draw in DRAWINGS.items()]
-    return [*drawn, ("formers.scad", formers.model(Triads())), ("limits.csv", limits(results))]
+    return [*drawn, ("formers.scad", formers.model(Triads())), ("limits.csv", limits(results)),
+            ("board.net", netlist.kicad(netlist.parts()))]
 
 
 def stale(results):
@@ -204,7 +203,8 @@ def stale(results):
         with open(_path(name)) as file:
             if file.read() != content:
                 found.append(name)
-    return found + _bill_errors() + [f"table {name}, in no page," for name in TABLES if name not in used]
+    wrong = [f"{name} is not current: tests/circuits/run update" for name in found]
+    return wrong + _bill_errors() + netlist.errors(netlist.parts()) + [f"table {name} is in no page" for name in TABLES if name not in used]
 
 
 def rewrite(results):

@@ -45,6 +45,12 @@ def value(file, name):
     return number(text(file, name))
 
 
+def readable(file, name, unit):
+    """Value of a part for people: '8.06 kohm'."""
+    digits, prefix = re.fullmatch(r"([0-9.]+)(meg|[pnumk]?)", text(file, name)).groups()
+    return f"{digits} {'M' if prefix == 'meg' else prefix}{unit}".strip()
+
+
 def has(file, name):
     return _parameter(name).search(netlists()[file]) is not None
 
