@@ -89,10 +89,10 @@ def drive(**overrides):
     return result
 
 
-def _driven(name, **overrides):
-    """power_drive.cir with source coil `name`."""
+def _driven(name, share=1.0, **overrides):
+    """power_drive.cir with source coil `name`, its inductance times `share`."""
     coil = nominal_coils()
-    return spice.run("power_drive.cir", **_with(overrides, lcoil=coil[f"coils.{name}_h"], rcoil=coil[f"coils.{name}_ohm"]))
+    return spice.run("power_drive.cir", **_with(overrides, lcoil=share * coil[f"coils.{name}_h"], rcoil=coil[f"coils.{name}_ohm"]))
 
 
 def fault(**overrides):
@@ -267,17 +267,17 @@ DRIVE_TOLS = {"avdd": 0.02, "dac": 0.005, "sense": 0.01, "divider": 0.0014, "low
 
 def exposure(**overrides):
     """RMS field at 10 and 30 cm from the middle of the source; FDM: sum over the coils (sum rule). overrides: of coils.toml. Worst: all
-    tolerances of the drive, and each coil larger by the tolerance of its radius."""
+    tolerances of the drive, the least inductance, and each coil larger by the tolerance of its radius."""
     triads = Triads(**overrides)
     fdm = next(mode for mode in budget.modes() if mode["mode"] == "FDM 240")
     carriers = [float(fdm[f"f{k}_hz"]) for k in (1, 2, 3)]
-    driven = [_driven(name.lower()) for name in SOURCE]
-    tdm_a = [FULL_DRIVE_V * run["siemens_10769"] for run in driven]
-    fdm_a = [FULL_DRIVE_V * 0.65 * carriers[0] / hz * run[f"siemens_{hz:.0f}"] for run, hz in zip(driven, carriers)]
-    low_a = [low_drive_v() * run["siemens_960"] for run in driven]
+    largest = math.prod(1 + tol for tol in DRIVE_TOLS.values())
     result = {}
-    for kind, more, drive in (("", 0.0, 1.0), ("_worst", 1e-3 * triads.data["source"]["radius_tol"],
-                                               math.prod(1 + tol for tol in DRIVE_TOLS.values()))):
+    for kind, more, drive, henry in (("", 0.0, 1.0, 1.0), ("_worst", 1e-3 * triads.data["source"]["radius_tol"], largest, 1 - INDUCTANCE_TOL)):
+        driven = [_driven(name.lower(), henry) for name in SOURCE]
+        tdm_a = [FULL_DRIVE_V * run["siemens_10769"] for run in driven]
+        fdm_a = [FULL_DRIVE_V * 0.65 * carriers[0] / hz * run[f"siemens_{hz:.0f}"] for run, hz in zip(driven, carriers)]
+        low_a = [low_drive_v() * run["siemens_960"] for run in driven]
         each, shared, low = ([(coil.turns, coil.radius_m + more, drive * amps) for coil, amps in zip(triads.source, currents)]
                              for currents in (tdm_a, fdm_a, low_a))
         for cm in (10, 30):

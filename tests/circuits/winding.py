@@ -8,7 +8,6 @@ from spice import CIRCUITS
 
 PATH = os.path.join(CIRCUITS, "coils.toml")
 COPPER_OHM_MM = 1.724e-5     # resistivity at 20 degrees, ohm mm (IEC 60028)
-COPPER_KG_MM3 = 8.89e-6
 LEADS = 300.0                # start and finish of a winding together
 SOURCE, SENSOR = ("S1", "S2", "S3"), ("C1", "C2", "C3")
 
@@ -103,12 +102,6 @@ class Coil:
     def offset(self, layer):
         return self.base + (layer + 0.5) * self.pitch
 
-    def places(self):
-        """(offset of the outline, place along the axis, number of turns there) of all turns; a layer is centred in the window."""
-        for layer, count in enumerate(self.layers):
-            for k in range(count):
-                yield self.offset(layer), (k - 0.5 * (count - 1)) * self.pitch
-
     @property
     def area_m2(self):
         """Turns times area."""
@@ -127,10 +120,6 @@ class Coil:
     def ohm(self):
         """Resistance at 20 degrees for direct current."""
         return COPPER_OHM_MM * self.wire["lay"] * self.wire_mm / (self.wire["strands"] * math.pi / 4 * self.wire["copper"]**2)
-
-    @property
-    def copper_g(self):
-        return 1e3 * COPPER_KG_MM3 * self.wire["lay"] * self.wire_mm * self.wire["strands"] * math.pi / 4 * self.wire["copper"]**2
 
     @property
     def spare_in_window(self):
