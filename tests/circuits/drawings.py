@@ -110,7 +110,7 @@ def preamplifier():
     s.ground(1000, 310)
     s.dot((1000, 230))
     s.port(1064, 230, "PB0 (PB12,\nPB13)", left=False)
-    s.note(20, 460, "The coil's lower end is its bias return: 60 nA through 24 ohm. Shield: joined to analog ground here, open at the coil.\n"
+    s.note(20, 460, f"The coil's lower end is its bias return: 60 nA through {v('rcoil')}. Shield: joined to analog ground here, open at the coil.\n"
                     "Output rests at 1.65 V (11 x 0.15 V) and cannot leave 0 to 3.3 V; PB2, PA1, PB10: 1 uF to analog ground.")
     return s
 
