@@ -10,6 +10,7 @@ PATH = os.path.join(CIRCUITS, "coils.toml")
 COPPER_OHM_MM = 1.724e-5     # resistivity at 20 degrees, ohm mm (IEC 60028)
 LEADS = 300.0                # start and finish of a winding together
 SOURCE, SENSOR = ("S1", "S2", "S3"), ("C1", "C2", "C3")
+COIL_KEYS = {"source": ("bore", "window", "per_layer", "turns"), "sensor": ("window", "per_layer", "turns")}
 
 
 def _put(tree, path, value):
@@ -24,15 +25,24 @@ def _put(tree, path, value):
 def read(**overrides):
     """Content of coils.toml. overrides: 'S1.turns' (of a coil), 'litz.outer_max' (of a wire), 'source.wall' (of a triad)."""
     with open(PATH, "rb") as file:
-        tree = tomllib.load(file)
+        try:
+            tree = tomllib.load(file)
+        except tomllib.TOMLDecodeError as error:
+            raise ValueError(f"coils.toml: {error}") from error
     for name, value in overrides.items():
         owner, key = name.split(".")
         path = {**{n: ("source", "coils") for n in SOURCE}, **{n: ("sensor", "coils") for n in SENSOR},
                 **{n: ("wire",) for n in tree["wire"]}}.get(owner, ())
         _put(tree, (*path, owner, key), value)
-    for triad in ("source", "sensor"):
+    for triad, names in (("source", SOURCE), ("sensor", SENSOR)):
+        for name in names:
+            for key in COIL_KEYS[triad]:
+                value = tree[triad]["coils"].get(name, {}).get(key)
+                if not isinstance(value, (int, float)) or value <= 0:
+                    raise ValueError(f"coils.toml: [{triad}.coils.{name}] needs a positive number '{key}'")
         if tree[triad]["wire"] not in tree["wire"]:
-            raise KeyError(f"coils.toml: no wire '{tree[triad]['wire']}', named by [{triad}]")
+            raise ValueError(f"coils.toml: [{triad}] names the wire '{tree[triad]['wire']}', but there is no [wire.{tree[triad]['wire']}]; "
+                             f"use one of: {', '.join(tree['wire'])}")
     return tree
 
 
