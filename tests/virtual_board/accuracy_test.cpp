@@ -46,11 +46,8 @@ void add_board(std::uint64_t seed, Multiplexing multiplexing, std::map<int, AtRa
             poses.push_back(random_pose(0.01 * cm, random));
         }
     }
-    // In FDM a calibration does not act on the board's couplings. The board may refuse it: the uncorrected converters can make
-    // its source coils deviate from right angles by more than 1 mrad.
-    const calibration::Blob* stored = multiplexing == Multiplexing::tdm ? &blob : nullptr;
     const auto frames =
-        test::measure(BoardCircuit::draw(seed, kWarmerK), host::load_scenario("still", 1), mode, poses, stored).frames;
+        test::measure(BoardCircuit::draw(seed, kWarmerK), host::load_scenario("still", 1), mode, poses, &blob).frames;
     for (std::size_t n = 0; n < poses.size(); ++n) {
         ASSERT_GT(frames[n].size(), 20U) << n;
         host::PoseFile file;
