@@ -129,6 +129,7 @@ void TextSource::follow_sender() {
 
 void TextSource::take(std::string_view line) {
     follow_sender();
+    host::refuse_if(line.size() == LineInput::kLongestLine, "the line is longer than {} KiB", LineInput::kLongestLine >> 10U);
     if (const auto frame = rows_.parse(line)) {
         take_frame(*frame);
     }
