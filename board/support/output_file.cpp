@@ -130,6 +130,13 @@ void OutputFile::write(std::string_view text) {
     }
 }
 
+void OutputFile::replace(std::size_t at, std::string_view text) {
+    flush();
+    if (!aside_.empty() && ::pwrite(file_.get(), text.data(), text.size(), static_cast<off_t>(at)) < 0) {
+        fail();
+    }
+}
+
 void OutputFile::flush() {
     for (std::size_t done = 0; done < buffer_.size();) {
         const ssize_t n = ::write(file_.get(), buffer_.data() + done, buffer_.size() - done);

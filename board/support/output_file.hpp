@@ -24,6 +24,8 @@ public:
 
     /// Throws DeviceError, naming the path, if the text cannot be written.
     void write(std::string_view text);
+    /// Replaces bytes that were written before, unless the file is written directly. Throws DeviceError like write().
+    void replace(std::size_t at, std::string_view text);
     /// Writes buffered text. Throws DeviceError like write().
     void flush();
     /// Flushes to the disk and renames. Throws DeviceError like write(), InputError if the file cannot be renamed.

@@ -35,7 +35,7 @@ TRACKER_BOARD = Elsewhere("only a tracker board obeys; its line is printed like 
 ROWS = {
     "run": {STDOUT: SIMULATED, "--record": SIMULATED + " --record {out}", "--out": SIMULATED + " --out {out}",
             "--json-lines": SIMULATED + " --json-lines -", "--couplings": SIMULATED + " --couplings {out}",
-            "--samples": SIMULATED + " --tracker fixed-direct --samples {out}"},
+            "--record-wav": SIMULATED + " --record-wav {out}", "--samples": SIMULATED + " --tracker fixed-direct --samples {out}"},
     "serve": {STDOUT: SIMULATED + " --web 0", "--json-lines": SIMULATED + " --json-lines -", "--record": SIMULATED + " --web 0 --record {out}",
               "--token-file": SIMULATED + " --web 0 --token-file {out}",
               "--record-folder": Elsewhere("RecordingSwitchTest.ReportsAFailedRecordingWithItsReason, SlowDisk.ARecordingFromThePageDelaysNoPose")},

@@ -54,6 +54,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     refuse_fixed_method(command.options.tracker);
     refuse_if(!command.options.samples.empty(), "--samples: not with a device, because a device sends columns");
     refuse_if(!command.options.couplings.empty(), "--couplings: not with a device, whose true poses are not known");
+    refuse_if(!command.options.wav.empty(), "--record-wav: not with a device; use tricoil device capture");
     refuse_if(command.options.stations != 1, "--stations: not with a device, which has its own number of sensors");
     if (command.options.tracker != "direct" || command.config.empty()) {
         options.config.method = command.options.tracker;

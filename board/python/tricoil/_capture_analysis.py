@@ -236,7 +236,7 @@ class Analyser:
                 repeat.coils.add(coil)
                 repeat.columns[:, coil] = self.sign * z[n, j]
             if len(repeat.coils) == COILS:
-                rows.append(((repeat.begin + repeat.end) / 2 / self.rate_hz, repeat.columns.real, repeat.columns.imag, np.sqrt(repeat.variance)))
+                rows.append(((repeat.begin + repeat.end - 1) / 2 / self.rate_hz, repeat.columns.real, repeat.columns.imag, np.sqrt(repeat.variance)))
                 del self.repeats[number]
         return self._summed(np.array(rows, ROW))
 
