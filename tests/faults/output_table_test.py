@@ -20,9 +20,9 @@ STAGE = "stage/soYoutZup_seYoutZup_1.dat"
 SIMULATED = "--scenario still --duration 0.3"
 COILS = "--model concentric"
 # Options with a name of a file or folder that is read.
-INPUTS = {"--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory"}
+INPUTS = {"--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory", "--wiring"}
 STDOUT = "standard output"
-PYTHON = {"demodulate"}  # commands that need the Python package
+PYTHON = {"calibrate wiring", "demodulate"}  # commands that need the Python package
 
 
 class Elsewhere(str):
@@ -57,7 +57,7 @@ ROWS = {
                                "--blob": "--calibration coils.toml --out room.toml --blob {out} soYoutZup_seYoutZup_table.csv"},
     "calibrate low-band": {STDOUT: "--calibration coils.toml --out both.toml turned", "--out": "--calibration coils.toml --out {out} turned"},
     "calibrate pivot": {STDOUT: "pivot1", "--out": "pivot1 --out {out}"},
-    "calibrate wiring": {STDOUT: "--at 0.4,0.2,0.1 frames.csv"},
+    "calibrate wiring": {STDOUT: "--at 0.4,0.2,0.1 frames.csv", "--out": "--at 0.4,0.2,0.1 --out {out} frames.csv"},
     "evaluate": {STDOUT: f"--calibration coils.toml {STAGE}", "--out": f"--calibration coils.toml --out {{out}} {STAGE}"},
     "couplings": {STDOUT: "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out bands.csv",
                   "--out": "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out {out}"},

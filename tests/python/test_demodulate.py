@@ -158,6 +158,16 @@ class Arrays(unittest.TestCase):
         values[..., 1] *= -1
         np.testing.assert_allclose(abs(np.array(tricoil.demodulate(values, 10_000, rate_hz=200_000)["mean"])), abs(X), atol=1e-3)
 
+    def test_wiring(self):
+        values = at_once(noise=0)
+        straight = tricoil.demodulate(values, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4)
+        crossed = values[:, [1, 0, 2, 3]] * [1, -1, 1, 1]
+        for wiring in (tricoil.Wiring((2, -1, 3), (1, 2, 3)), tricoil.Wiring((2, -1, -3), (-1, 2, 3))):
+            found = tricoil.demodulate(crossed, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4, wiring=wiring)
+            sign = np.array([[1, 1, 1], [1, 1, 1], [np.sign(wiring.sensor[2])] * 3]) * np.sign(wiring.source)
+            np.testing.assert_allclose(np.array(found["mean"]) * sign, straight["mean"], atol=1e-9)
+            self.assertEqual(found["sensor_channels"], [1, 0, 2])
+
     def test_errors_have_the_names_of_arguments(self):
         values = in_turn()
         for options, message in (

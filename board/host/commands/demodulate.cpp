@@ -41,6 +41,7 @@ void add_demodulate_command(CLI::App* sub, Action& action) {
         ->delimiter(',')
         ->allow_extra_args(false);
     text(sub, "--reference", "Channel of the reference current by name or number, or none; default: found");
+    text(sub, "--wiring", kWiringHelp)->type_name(kFileType);
     text(sub, "--out", "Couplings of each repeat (CSV), for calibrate and --device couplings:FILE")->type_name(kFileType);
     sub->add_flag("--follow")->description("Wait for more at the end of the file, and write each row at once");
     sub->add_flag("--json")->description("Result as JSON");

@@ -30,6 +30,7 @@ const std::vector<std::string> kSolvers{"direct", "refined"};
 
 struct EvaluateCommand {
     std::string calibration;
+    std::string wiring;
     std::vector<std::string> data;
     std::string solver = "refined";
     std::string out;
@@ -190,7 +191,7 @@ int evaluate_command(const EvaluateCommand& command) {
     CalibrationFile calibration = read_calibration(command.calibration);
     refuse_if(solver == EvaluationSolver::direct && !calibration.surroundings.empty(),
               "--solver direct: does not use the surroundings of the calibration; use refined");
-    auto files = read_pose_files(command.data, command.fixture_names);
+    auto files = read_pose_files(command.data, command.fixture_names, read_wiring(command.wiring));
     (void)correct_converters(files, calibration.calibration.converters);
     remove_phases_of(files, calibration.calibration.phase_rad);
     refuse_if(calibration.source_stage.empty() && !command.refit_fixtures,
@@ -243,6 +244,7 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
         "--stage-from", c->stage_from,
         "Remove the errors of the stage that another calibration of the same stage found (calibrate stage --stage), "
         "without its stray field"));
+    wiring_file(sub, c->wiring);
     add_fixture_names(sub, c->fixture_names);
     sub->add_flag("--refit-fixtures", c->refit_fixtures,
                   "Fit the fixtures to these data, and the scale of a free-motion calibration (stated in the output)");

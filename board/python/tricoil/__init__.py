@@ -28,6 +28,7 @@ from ._timing import NAMES as TIMINGS
 from ._timing import Timing
 from ._tracker import Filter
 from ._tricoil import __version__
+from ._wiring import Wiring, read_wiring
 
 __all__ = [
     "COUPLING_CONSTANT",
@@ -41,6 +42,7 @@ __all__ = [
     "Source",
     "TIMINGS",
     "Timing",
+    "Wiring",
     "__version__",
     "calibrate",
     "command",
@@ -55,6 +57,7 @@ __all__ = [
     "open",
     "pivot",
     "read_poses",
+    "read_wiring",
     "run",
     "solve",
     "sweep",

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from . import _tricoil
+from . import _array_file, _tricoil
 
 
 def own_names(message: str, names: dict[str, str] | None = None) -> str:
@@ -58,12 +58,20 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
             return _demodulate.run(*arguments, **{key: value for key, value in options.items() if value is not None})[0]
         except ValueError as error:
             raise ValueError(own_names(str(error))) from None
-    words = [*name.split(), *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
-    try:
-        _, text = _tricoil.command(words if arguments else words[:-1])
-    except ValueError as error:
-        raise ValueError(own_names(str(error))) from None
-    return json.loads(text)
+    if name == "calibrate wiring":
+        from . import _wiring_command
+
+        try:
+            return _wiring_command.run(arguments, **options)
+        except (ValueError, TypeError) as error:  # TypeError: an unknown option
+            raise ValueError(own_names(str(error))) from None
+    with _array_file.as_text(arguments) as (files, named):
+        words = [*name.split(), *_words(options), "--json", "--", *files]
+        try:
+            _, text = _tricoil.command(words if files else words[:-1])
+        except ValueError as error:
+            raise ValueError(own_names(named(str(error)))) from None
+        return json.loads(named(text))
 
 
 def calibrate(files: Sequence[str | os.PathLike], out: str | os.PathLike, kind: str = "stage", **options: Any) -> dict:

@@ -130,7 +130,7 @@ def read_poses(
 
 def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation=None, columns=None) -> Poses:
     """As read_poses(); throws PoseError with the names of the program's options."""
-    from . import _pose_columns, _pose_formats, _pose_text
+    from . import _array_file, _pose_columns, _pose_formats, _pose_text
 
     if unit is not None and unit not in METRES:
         raise PoseError(f"--unit must be m, cm, mm or in; is '{unit}'")
@@ -150,6 +150,8 @@ def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation
     if not data.strip():
         raise PoseError(f"{name}: is empty")
     try:
+        if _array_file.is_array_file(data):
+            data = _array_file.table_of(data, name)
         other = _pose_formats.find(data)
         if other is not None:
             table = other(data, name, sensor)

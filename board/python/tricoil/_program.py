@@ -94,7 +94,19 @@ def demodulate(options, files):
         sys.exit(1)
 
 
-COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion}
+def wiring(options, files):
+    from tricoil import _wiring_command
+
+    as_json = options.pop("json", False)
+    result = _wiring_command.run(files, **options)
+    put_result(result, as_json, _wiring_command.text(result))
+    reason = _wiring_command.reason(result, options.get("out"))
+    if reason:
+        put(f"tricoil: {reason} (exit code 1)\n", sys.stderr)
+        sys.exit(1)
+
+
+COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion, "wiring": wiring}
 
 
 def main():
