@@ -57,7 +57,7 @@ def section(name, tree):
             return f"{signature(node, name)}\n\n{text_of(ast.get_docstring(node))}"
         if isinstance(node, ast.ClassDef) and node.name == name:
             return "\n\n".join([text_of(ast.get_docstring(node)), "\n".join(fields(node)), *methods(node)])
-        if isinstance(node, ast.Assign) and node.targets[0].id == name:
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", None) == name:
             return f"```python\n{ast.unparse(node)}\n```"
     raise ValueError(f"no definition of {name}")
 

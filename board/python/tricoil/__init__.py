@@ -24,8 +24,7 @@ from ._poses import Poses, read_poses
 from ._run import Run, load, run
 from ._source import Pose, Source, open  # noqa: A004: named like its use, tricoil.open()
 from ._sweep import sweep
-from ._timing import NAMES as TIMINGS
-from ._timing import Timing
+from ._timing import TIMINGS, Timing
 from ._tracker import Filter
 from ._tricoil import __version__
 from ._wiring import Wiring, read_wiring

@@ -13,7 +13,7 @@ from ._motion_analysis import CAUSES
 from ._motion_error import MotionError, chosen_timing, motion_error
 from ._output_file import OutputFile
 from ._poses import PoseError, read
-from ._timing import NAMES
+from ._timing import TIMINGS
 
 EDGES = {
     "speed_m_s": (0, 0.1, 0.25, 0.5, 1, 2, np.inf),
@@ -152,7 +152,7 @@ def read_both(poses, reference, options):
 def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=False, **reader) -> dict:
     """Reads a file of poses, predicts its motion error, and writes what is wanted. Raises PoseError, OSError."""
     if timing is None:
-        raise PoseError(f"motion --poses needs --timing: tdm:SLOTS/RATE, for example tdm:3/720, fdm, {', '.join(NAMES)}, or fit with --reference")
+        raise PoseError(f"motion --poses needs --timing: tdm:SLOTS/RATE, for example tdm:3/720, fdm, {', '.join(TIMINGS)}, or fit with --reference")
     refuse_others(reader, READER_OPTIONS, "--poses")
     if plot is not None and os.path.splitext(plot)[1] not in PICTURES:
         raise PoseError(f"--plot must end in {', '.join(PICTURES)}; is '{plot}'")
