@@ -19,10 +19,11 @@ HERE = pathlib.Path(__file__).resolve().parent
 STAGE = "stage/soYoutZup_seYoutZup_1.dat"
 SIMULATED = "--scenario still --duration 0.3"
 COILS = "--model concentric"
+DESIGN = "--turns 40 --radius 0.03 --current 1 --noise 3e-9"
 # Options with a name of a file or folder that is read.
 INPUTS = {"--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory"}
 STDOUT = "standard output"
-PYTHON = {"demodulate"}  # commands that need the Python package
+PYTHON = {"demodulate", "design"}  # commands that need the Python package
 
 
 class Elsewhere(str):
@@ -62,6 +63,7 @@ ROWS = {
     "couplings": {STDOUT: "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out bands.csv",
                   "--out": "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out {out}"},
     "demodulate": {STDOUT: "capture.csv --carrier-hz 10000 --rate-hz 200000", "--out": "capture.csv --carrier-hz 10000 --rate-hz 200000 --out {out}"},
+    "design": {STDOUT: DESIGN, "--plot": DESIGN + " --plot {out}.svg", "--scenario": DESIGN + " --scenario {out}.toml", "--grid-pdf": "--grid-pdf {out}.pdf"},
     "device list": {STDOUT: ""},
     "device info": {STDOUT: "{device}"},
     "device watch": {STDOUT: "{device} --duration 0.5"},

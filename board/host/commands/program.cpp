@@ -59,6 +59,7 @@ constexpr ListedCommand kCommands[] = {
     {"Recordings", "smooth", "Best estimate of a recorded motion: each pose from the columns before and after it", kTools},
     {"Recordings", "convert", "Convert the poses of a recording for other programs", kTools},
     {"Recordings", "plot", "Draw path, position errors or standard deviations, and flags of poses", kTools},
+    {"Calibration and evaluation", "design", "Signal to noise and error over range of planned coils; a printed grid", kTools},
     {"Calibration and evaluation", "calibrate",
      "Calibrate coils and fixtures from measured couplings, or the tip of a pointer from poses", kCalibration,
      Component::calibration},

@@ -49,6 +49,13 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
             return _motion_command.run(**options)[0]
         except _motion_command.PoseError as error:
             raise ValueError(own_names(str(error))) from None
+    if name == "design":
+        from . import _design
+
+        try:
+            return _design.run(**options)[0]
+        except ValueError as error:
+            raise ValueError(own_names(str(error))) from None
     if name == "demodulate":
         from . import _demodulate
 

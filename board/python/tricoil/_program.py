@@ -94,7 +94,15 @@ def demodulate(options, files):
         sys.exit(1)
 
 
-COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion}
+def design(options, files):
+    from tricoil import _design
+
+    as_json = options.pop("json", False)
+    result, text = _design.run(**options)
+    put_result(result, as_json, text)
+
+
+COMMANDS = {"demodulate": demodulate, "design": design, "evaluate": evaluate, "motion": motion}
 
 
 def main():

@@ -104,3 +104,20 @@ def motion_error(result: MotionError) -> "Figure":
         axes.set_ylabel("error, mm")
         axes.set_ylim(bottom=0)
     return figure
+
+
+def design(result: dict) -> "Figure":
+    """Signal to noise and errors of planned coils over range; result: of `tricoil design`."""
+    rows = result["ranges"]
+    range_m = [row["range_m"] for row in rows]
+    figure, (ratio, error) = _figure(2, f"{result['source']['turns']} turns, {result['source']['current_a']:g} A; one frame, {result['mux']}, {result['rate_hz']:g} frames/s")
+    ratio.plot(range_m, [row["snr_db"] for row in rows], "o-", ms=3)
+    ratio.set_ylabel("signal to noise, dB")
+    error.semilogy(range_m, [1e3 * row["position_rms_m"] for row in rows], "o-", ms=3, label="position, mm")
+    error.semilogy(range_m, [np.degrees(row["orientation_rms_rad"]) for row in rows], "o-", ms=3, label="angle, deg")
+    error.set_ylabel("RMS error")
+    error.set_xlabel("range, m")
+    error.legend()
+    for axes in (ratio, error):
+        axes.grid(True, lw=0.3)
+    return figure
