@@ -102,7 +102,7 @@ class Formulas(unittest.TestCase):
         self.assertAlmostEqual(_design.design(**COILS, ranges=[range_m])["ranges"][0]["position_rms_m"], 1e-3)
 
     def test_sensor_coils_are_the_source_coils_by_default(self):
-        same = _design.design(40, 0.03, 1.0, 3e-9)
+        same = tricoil.command("design", turns=40, radius=0.03, current=1, noise=3e-9)
         self.assertEqual((same["sensor"]["turns"], same["sensor"]["radius_m"], same["source"]["inductance_h"]), (40, 0.03, None))
 
 
@@ -120,10 +120,15 @@ class Program(Folder):
         with open(self.at("design.svg"), encoding="utf-8") as file:
             self.assertIn("<svg", file.read())
 
+    def test_numbers_at_their_limits(self):
+        for end in (0, 1):
+            found = tricoil.command("design", **{name: limits[end] for name, limits in _design.LIMITS.items() if "wire" not in name and name != "rate_hz"})
+            self.assertTrue(all(math.isfinite(value) for value in found["ranges"][0].values()), found)
+
     def test_wrong_input(self):
         for words, message in (
             ([], "design needs --turns, --radius, --current, --noise"), (["--turns=0"], "--turns"), ([*WORDS[1:], "--turns=1.5"], "whole number"),
-            (["--noise=nan"], "--noise"), ([*WORDS, "--ranges=0.5,-1"], "--ranges"), ([*WORDS, "--mux=cdm"], "--mux"),
+            (["--noise=nan"], "--noise"), (["--radius=1e300"], "--radius"), ([*WORDS, "--ranges=1e300"], "--ranges"), ([*WORDS, "--ranges=0.5,-1"], "--ranges"), ([*WORDS, "--mux=cdm"], "--mux"),
             ([*WORDS[:4], "--wire=0.02"], "do not fit"), ([*WORDS, "--rate-hz=7"], "rate"), ([*WORDS, "--plot=a.txt"], "--plot must end in"),
             ([*WORDS, "--scenario=a.txt"], "--scenario must end in"), ([*WORDS, "--scenario=/nowhere/a.toml"], "cannot write"),
             ([*WORDS, "--grid-pdf=a.pdf"], "--grid-pdf: only with"), (["--spacing-mm=40"], "requires --grid-pdf"),

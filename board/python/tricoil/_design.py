@@ -8,14 +8,14 @@ import os
 import numpy as np
 
 from . import _coil, _tricoil
-from ._model import _positive, couplings, solve
+from ._model import couplings, solve
 from ._motion_command import PICTURES
 from ._output_file import OutputFile
 
-NUMBERS = ("turns", "radius", "current", "noise", "sensor_turns", "sensor_radius", "wire", "sensor_wire", "carrier_hz", "rate_hz")
+LIMITS = {"turns": (1, 10_000), "radius": (1e-4, 10), "current": (1e-6, 1e4), "noise": (1e-12, 1e-3), "sensor_turns": (1, 10_000),
+          "sensor_radius": (1e-4, 10), "wire": (1e-6, 0.1), "sensor_wire": (1e-6, 0.1), "carrier_hz": (1, 1e7), "rate_hz": (1, 1e5), "ranges": (1e-3, 1e3)}
 REQUIRED = ("turns", "radius", "current", "noise")
 RANGES_M = tuple(round(0.2 + 0.1 * n, 1) for n in range(11))
-MOST_TURNS = 10_000
 WORLD_HZ = 10e3  # at which the simulation defines couplings
 WORLD_DRIVE = {"tdm": 1.0, "fdm": 0.5}  # its reference at 10 kHz, V; inversely proportional to the frequency
 
@@ -27,15 +27,22 @@ def _winding(turns, radius_m, wire_m):
     return {"resistance_ohm": _coil.resistance_ohm(turns, radius_m, wire_m), "inductance_h": _coil.inductance_h(turns, radius_m, wire_m)}
 
 
-def _turns(name, value):
-    if value != int(value) or value > MOST_TURNS:
-        raise ValueError(f"--{name}: must be a whole number, 1 to {MOST_TURNS}; is {value:g}")
-    return int(value)
+def _number(name, value):
+    """A number within its limits, turns as a whole number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    least, most = LIMITS[name]
+    is_whole = name.endswith("turns")
+    if not least <= number <= most or (is_whole and number != int(number)):
+        raise ValueError(f"--{name.replace('_', '-')}: must be a {'whole ' if is_whole else ''}number from {least:g} to {most:g}; is {value}")
+    return int(number) if is_whole else number
 
 
 def _ranges(value):
     values = RANGES_M if value is None else value.split(",") if isinstance(value, str) else value
-    return [_positive("--ranges", one) for one in np.atleast_1d(values).tolist()]
+    return [_number("ranges", one) for one in np.atleast_1d(values).tolist()]
 
 
 def design(turns, radius, current, noise, *, sensor_turns=None, sensor_radius=None, wire=None, sensor_wire=None, carrier_hz=None, mux="fdm",
@@ -49,13 +56,12 @@ def design(turns, radius, current, noise, *, sensor_turns=None, sensor_radius=No
     """
     if mux not in WORLD_DRIVE:
         raise ValueError(f"--mux: must be tdm or fdm; is '{mux}'")
-    source_turns = _turns("turns", turns)
-    sensor_turns = source_turns if sensor_turns is None else _turns("sensor-turns", sensor_turns)
+    sensor_turns = turns if sensor_turns is None else sensor_turns
     sensor_radius = radius if sensor_radius is None else sensor_radius
     window_s, carriers_hz = _tricoil.acquisition(mux, rate_hz)
     carrier_hz = carriers_hz[1 if mux == "fdm" else 0] if carrier_hz is None else carrier_hz
-    moment = source_turns * current * math.pi * radius**2
-    source = {"turns": source_turns, "radius_m": radius, "current_a": current, "moment_a_m2": moment, **_winding(source_turns, radius, wire)}
+    moment = turns * current * math.pi * radius**2
+    source = {"turns": turns, "radius_m": radius, "current_a": current, "moment_a_m2": moment, **_winding(turns, radius, wire)}
     sensor = {"turns": sensor_turns, "radius_m": sensor_radius, **_winding(sensor_turns, sensor_radius, sensor_wire)}
     w = 2 * math.pi * carrier_hz
     inductance, resistance = source["inductance_h"], source["resistance_ohm"]
@@ -167,9 +173,9 @@ def run(plot=None, scenario=None, grid_pdf=None, spacing_mm=None, **options) -> 
         if options or plot is not None or scenario is not None:
             raise ValueError("--grid-pdf: only with --spacing-mm")
         return _grid(grid_pdf, spacing_mm)
-    for name in NUMBERS:
+    for name in LIMITS.keys() - {"ranges"}:
         if options.get(name) is not None:
-            options[name] = _positive("--" + name.replace("_", "-"), options[name])
+            options[name] = _number(name, options[name])
     missing = [f"--{name}" for name in REQUIRED if options.get(name) is None]
     if missing:
         raise ValueError(f"design needs {', '.join(missing)}, or --grid-pdf")
