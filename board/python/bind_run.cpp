@@ -67,7 +67,7 @@ void add_run(py::module_& module) {
         .def_readwrite("no_deskew", &host::RunOptions::no_deskew);
     module.def("acquisition", [](const std::string& mux, double rate_hz) {  // window, s; frequencies of the carriers, Hz
         const auto plan = signal::plan_acquisition(signal::default_acquisition(host::multiplexing_of_name(mux), rate_hz));
-        host::refuse_if(!plan.ok(), "rate_hz {}: {}", rate_hz, plan.status().message());
+        host::refuse_if(!plan.ok(), "--rate-hz {}: {}", rate_hz, plan.status().message());
         return py::make_tuple(plan->window_s(), plan->params.carrier_hz);
     });
     module.def("run", [](const host::RunOptions& options) {

@@ -67,7 +67,7 @@ class Formulas(unittest.TestCase):
             np.testing.assert_allclose(own, theirs, rtol=1e-14)
 
     def test_inductance_of_a_brooks_coil(self):
-        """1.6994e-6 a N^2 for a mean radius of 1.5 times the square section (Grover, Inductance calculations, table of chapter 13)."""
+        """1.6994e-6 a N^2 for a mean radius of 1.5 times the square section (Brooks 1931; Grover, Inductance Calculations)."""
         for turns in (100, 400, 2500):
             side_m = 0.02
             own = _coil.inductance_h(turns, 1.5 * side_m, side_m / math.sqrt(turns))
@@ -113,6 +113,10 @@ class Program(Folder):
     def test_json_is_the_result_of_the_package(self):
         self.assertEqual(json.loads(self.program(*WORDS, "--json").stdout), tricoil.command("design", **COILS))
 
+    def test_unknown_option_of_the_package(self):
+        with self.assertRaisesRegex(ValueError, "gain: unknown option of design"):
+            tricoil.command("design", **COILS, gain=10)
+
     def test_text_and_picture(self):
         done = self.program(*WORDS, "--ranges", "0.5,1", "--plot", "design.svg")
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -129,7 +133,7 @@ class Program(Folder):
         for words, message in (
             ([], "design needs --turns, --radius, --current, --noise"), (["--turns=0"], "--turns"), ([*WORDS[1:], "--turns=1.5"], "whole number"),
             (["--noise=nan"], "--noise"), (["--radius=1e300"], "--radius"), ([*WORDS, "--ranges=1e300"], "--ranges"), ([*WORDS, "--ranges=0.5,-1"], "--ranges"), ([*WORDS, "--mux=cdm"], "--mux"),
-            ([*WORDS[:4], "--wire=0.02"], "do not fit"), ([*WORDS, "--rate-hz=7"], "rate"), ([*WORDS, "--plot=a.txt"], "--plot must end in"),
+            ([*WORDS[:4], "--wire=0.02"], "do not fit"), ([*WORDS, "--rate-hz=7"], "--rate-hz 7: "), ([*WORDS, "--plot=a.txt"], "--plot must end in"),
             ([*WORDS, "--scenario=a.txt"], "--scenario must end in"), ([*WORDS, "--scenario=/nowhere/a.toml"], "cannot write"),
             ([*WORDS, "--grid-pdf=a.pdf"], "--grid-pdf: only with"), (["--spacing-mm=40"], "requires --grid-pdf"),
             (["--grid-pdf=a.png"], "--grid-pdf must end in .pdf"), (["--grid-pdf=a.pdf", "--spacing-mm=500"], "--spacing-mm"),

@@ -225,6 +225,8 @@ def main():
     except (OSError, ValueError, termios.error) as error:
         sys.exit(f"front_end.py: {kind}:{where}: {error}")
     except KeyboardInterrupt:
+        pass
+    finally:
         hardware.coils_off()
 
 
