@@ -67,24 +67,18 @@ class Tracked(unittest.TestCase):
         self.assertGreater(max(y for _, y, _ in position) - min(y for _, y, _ in position), 0.05)  # it moves
         self.assertGreater(statistics.median(float(row["qw"]) for row in rows), 0.999999)
 
-    def expect_tracked(self, running, least=200):
+    def expect_tracked(self, running):
         with running as (_, line):
             done = subprocess.run(self.words(f"serial:{line}", 3), capture_output=True, text=True, timeout=60, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertLessEqual(int(re.search(r"(\d+) messages refused", done.stdout)[1]), 1)  # one that was cut when the line was opened
-        self.expect_circle(least)
+        self.expect_circle(200)
 
     def test_python_on_a_line(self):
         self.expect_tracked(front_end("serial:pty"))
 
     def test_cpp_on_linux(self):
         self.expect_tracked(device(LINUX_BOARD))
-
-    @unittest.skipUnless(len(IMAGE) == 2, "no compiler for the Cortex-M, or no emulator")
-    def test_cpp_on_an_emulated_cortex_m(self):
-        """On a busy machine the emulated processor is slow, and its watchdog may expire."""
-        qemu, image = IMAGE
-        self.expect_tracked(device(qemu, "-machine", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "pty", "-kernel", image), least=30)
 
     def test_a_stuck_converter_is_reported_and_ends(self):
         with front_end("serial:pty", "--fault") as (_, line):
@@ -123,14 +117,14 @@ class Commands:
         self.addCleanup(running.__exit__, None, None, None)
         self.line = example.open_line(path)
         self.addCleanup(os.close, self.line)
-        self.received = b""
+        self.received, self.is_first = b"", True
 
     def command(self, opcode, argument=0, request=7):
         os.write(self.line, example.framed(struct.pack("<BBIqBBHI", 3, 1, 0, 0, opcode, 0, request, argument)))
 
-    def answer(self, kind, accept=lambda fields: True):
-        """Fields of the next message of this type that is accepted."""
-        end = time.monotonic() + 20
+    def answer(self, kind, accept=lambda fields: True, patience_s=60):
+        """Fields of the next message of this type that is accepted; None: none."""
+        end = time.monotonic() + patience_s
         while time.monotonic() < end:
             frame, zero, rest = self.received.partition(b"\0")
             if not zero:
@@ -140,10 +134,21 @@ class Commands:
                 continue
             self.received = rest
             message = example.unframed(frame)
-            self.assertIsNotNone(message)
-            if message[1] == kind and accept(fields := struct.unpack(example.LAYOUT[kind], message[14:])):
+            if message is None:
+                self.assertTrue(self.is_first)  # cut when the line was opened
+            elif message[1] == kind and accept(fields := struct.unpack(example.LAYOUT[kind], message[14:])):
                 return fields
-        return self.fail(f"no message of type {kind}")
+            self.is_first = False
+        return None
+
+    def first_column(self, coil):
+        """A slow processor may miss the time of its watchdog before its first column: start again."""
+        for _ in range(60):
+            self.command(example.START)
+            column = self.answer(example.COLUMN, lambda fields: fields[1] == coil, patience_s=1)
+            if column is not None:
+                return column
+        return self.fail("no column")
 
     def test_identity(self):
         self.command(example.HELLO, 3 | 3 << 8)
@@ -156,17 +161,23 @@ class Commands:
             self.assertEqual(self.answer(example.ACK)[:3], (opcode, result, 7))
 
     def test_a_silent_host_stops_the_measurement(self):
-        self.command(example.START)
-        self.assertEqual(self.answer(example.ACK)[1], example.DONE)
-        self.answer(example.COLUMN)
+        self.first_column(1)
         state, coil, faults, *_ = self.answer(example.STATUS, lambda fields: fields[2])
         self.assertEqual((state, coil, faults), (0, 0, example.HOST_SILENT))
+
+    def test_columns(self):
+        """Of the circle: the coupling of the first coils is constant."""
+        sensor, coil, flags, sequence, first, *_ = self.first_column(1)
+        r_squared = 0.4**2 + 0.1**2
+        self.assertAlmostEqual(first, 6.75e-3 / r_squared**1.5 * (1.5 * 0.4**2 / r_squared - 0.5), delta=1e-5)
+        self.assertEqual((sensor, coil, flags), (0, 1, 0))
+        self.assertGreater(sequence, 0)
 
     def test_damaged_commands_are_unreadable(self):
         os.write(self.line, b"\x05\x01\0\xff\xff\0" + random.Random(1).randbytes(300) + b"\0")
         self.assertEqual(self.answer(example.ACK)[:2], (0, example.UNREADABLE))
         self.command(example.STOP)
-        self.answer(example.ACK, lambda fields: fields[:2] == (example.STOP, example.DONE))
+        self.assertIsNotNone(self.answer(example.ACK, lambda fields: fields[:2] == (example.STOP, example.DONE)))
 
 
 class PythonCommands(Commands, unittest.TestCase):
@@ -177,6 +188,15 @@ class PythonCommands(Commands, unittest.TestCase):
 class CppCommands(Commands, unittest.TestCase):
     def front_end(self):
         return device(LINUX_BOARD)
+
+
+@unittest.skipUnless(len(IMAGE) == 2, "no compiler for the Cortex-M, or no emulator")
+class CortexMCommands(Commands, unittest.TestCase):
+    """Without the program: on a busy machine the emulated processor does not keep up with a host in real time."""
+
+    def front_end(self):
+        qemu, image = IMAGE
+        return device(qemu, "-machine", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "pty", "-kernel", image)
 
 
 class Words(unittest.TestCase):
