@@ -33,8 +33,7 @@ void add_demodulate_command(CLI::App* sub, Action& action) {
     option<double>(sub, "--rate-hz", "Samples per second and channel; default: of the WAV file");
     option<int>(sub, "--bits", "Resolution of the converter; unsigned codes are detected")->default_str("16");
     option<std::size_t>(sub, "--guard", "Samples to discard at the start of each block")->default_str("0");
-    option<std::size_t>(sub, "--block",
-                        "Samples of a block of coils at once; default: 4 periods of the smallest carrier difference");
+    option<std::size_t>(sub, "--block", "Samples per block, coils at once; default: 4 periods of the least carrier difference");
     list<std::string>(sub, "--columns", "Channels by name or by number from 1; default: all");
     option<std::string>(sub, "--reference", "Channel of the reference current by name or number, or none; default: found");
     file(sub, "--out", "Couplings of each repeat (CSV), for calibrate and --device couplings:FILE");
