@@ -1,5 +1,5 @@
-// Preloaded into a program: CLOCK_REALTIME is ahead by the microseconds in the file TRICOIL_WALL_CLOCK (eight bytes, mapped), so that a
-// test can step the clock of one program.
+// Preloaded into a program: CLOCK_REALTIME is ahead by the microseconds in the file TRICOIL_WALL_CLOCK (eight bytes, mapped), so
+// that a test can step the clock of one program.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -29,7 +29,8 @@ const volatile std::int64_t* ahead_us() {
 
 extern "C" int clock_gettime(clockid_t clock, timespec* now) noexcept {
     using Function = int (*)(clockid_t, timespec*);
-    static const auto real = reinterpret_cast<Function>(::dlsym(RTLD_NEXT, "clock_gettime"));  // NOLINT: a function as dlsym returns it
+    static const auto real =
+        reinterpret_cast<Function>(::dlsym(RTLD_NEXT, "clock_gettime"));  // NOLINT: a function as dlsym returns it
     const int status = real(clock, now);
     if (status == 0 && clock == CLOCK_REALTIME) {
         constexpr std::int64_t kSecond_us = 1'000'000;
