@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from ._byte_stream import ByteStream
-from ._table_rows import STATES, Table, shown
+from ._table_rows import LARGEST, STATES, Table, shown
 from ._wav_samples import FULL_SCALE, WavSamples
 
 BITS = (8, 31)
@@ -217,8 +217,8 @@ class ArrayCapture(Capture):
 
     def _values(self, values):
         values = values[..., self.columns].astype(float)
-        if not np.isfinite(values).all():
-            raise ValueError("capture: contains NaN or infinity")
+        if not (abs(values) <= LARGEST).all():
+            raise ValueError(f"capture: contains NaN or values above {LARGEST:g}")
         if self.codes and values.size and not -(self.codes // 2) - 1 <= values.min() <= values.max() <= self.codes:
             raise ValueError(f"capture: has codes from {values.min():.0f} to {values.max():.0f}, more than --bits permits")
         return values

@@ -63,7 +63,7 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
     refuse((abs(position_m) > LARGEST_M).any(axis=1), lambda n: f"the position is {abs(position_m[n]).max():.3g} m away; at most {LARGEST_M:g} m is possible; correct it, or the unit")
     if q is not None:
         refuse(~np.isfinite(q).all(axis=1), "the attitude " + broken)
-        length = np.linalg.norm(q, axis=1)
+        length = np.linalg.norm(np.clip(q, -1e9, 1e9), axis=1)  # the square of a larger number may be infinite
         refuse(abs(length - 1) > 0.01, lambda n: f"quaternion has length {length[n]:.3f}, not 1")
         q /= length[:, None]
     step = np.diff(time_s)
