@@ -11,7 +11,7 @@ mkdir -p "$OUT/lib"
 for program in "$build"/tests/fuzz/*_fuzzer; do
     name=$(basename "$program" _fuzzer)
     cp "$program" "$OUT"
-    (cd "tests/fuzz/corpus/$name" && python3 -m zipfile -c "$OUT/${name}_fuzzer_seed_corpus.zip" -- *)
+    (cd "tests/fuzz/corpus/$name" && python3 -m zipfile -c "$OUT/${name}_fuzzer_seed_corpus.zip" ./*)
     # The machine that runs the fuzzers has only the C library.
     ldd "$program" | sed -nE 's/.* => (\/\S+) .*/\1/p' | grep -vE '/(ld-|lib(c|m|dl|pthread|rt|gcc_s|stdc\+\+)\.so)' | xargs -r cp -L -t "$OUT/lib"
 done
