@@ -110,6 +110,18 @@ TEST(Pivot, CovarianceFollowsTheResiduals) {
 }
 
 /// Without the correction of the attitudes' errors, the tip is shorter by ten standard deviations.
+/// Poses of a tracker that states no standard deviations.
+TEST(Pivot, WithoutStatedDeviationsTheResidualsAreThem) {
+    Pointing unknown;
+    unknown.stated = 0;
+    const Nees nees = monte_carlo(unknown, 200);
+    EXPECT_GT(nees.mean, 2.2);
+    EXPECT_LT(nees.mean, 3.8);
+    EXPECT_NEAR(calibrate(point(unknown, 1)).residual_sigmas, 1, 0.1);
+    unknown.position_sigma_m = 0.02;
+    EXPECT_THAT([&] { (void)calibrate(point(unknown, 1)); }, ::testing::ThrowsMessage<InputError>(HasSubstr("is not at rest")));
+}
+
 TEST(Pivot, ErrorsOfTheAttitudeDoNotShortenTheTip) {
     Pointing noisy;
     noisy.poses = 1000;

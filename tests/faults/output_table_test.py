@@ -20,9 +20,9 @@ STAGE = "stage/soYoutZup_seYoutZup_1.dat"
 SIMULATED = "--scenario still --duration 0.3"
 COILS = "--model concentric"
 # Options with a name of a file or folder that is read.
-INPUTS = {"--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory"}
+INPUTS = {"--board", "--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory"}
 STDOUT = "standard output"
-PYTHON = {"demodulate"}  # commands that need the Python package
+PYTHON = {"bench", "calibrate pivot", "demodulate"}  # commands that need the Python package
 
 
 class Elsewhere(str):
@@ -61,6 +61,7 @@ ROWS = {
     "evaluate": {STDOUT: f"--calibration coils.toml {STAGE}", "--out": f"--calibration coils.toml --out {{out}} {STAGE}"},
     "couplings": {STDOUT: "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out bands.csv",
                   "--out": "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out {out}"},
+    "bench": {STDOUT: "divots.csv --board board.csv", "--out": "divots.csv --board board.csv --out {out}"},
     "demodulate": {STDOUT: "capture.csv --carrier-hz 10000 --rate-hz 200000", "--out": "capture.csv --carrier-hz 10000 --rate-hz 200000 --out {out}"},
     "device list": {STDOUT: ""},
     "device info": {STDOUT: "{device}"},
@@ -75,7 +76,7 @@ ROWS = {
     "doctor": {STDOUT: ""},
     "selfcheck": {STDOUT: ""},
     "protocol": {STDOUT: "", "--dbc": "--dbc {out}", "--page": "--page {out}"},
-    "motion": {STDOUT: "--example I", "--out": "--example I --out {out}", "--plot": "--poses take/poses.csv --timing tdm:3/720 --plot {out}.svg"},
+    "motion": {STDOUT: "--example I", "--out": "--example I --out {out}", "--plot": "--poses take/poses.csv --timing tdm:3/720 --plot {out}.svg", "--plan": "--plan {out}"},
     "figures": {STDOUT: "--out pictures", "--out": "--out {out}"},
     "help": {STDOUT: "run"},
     "completion": {STDOUT: "bash"},

@@ -20,14 +20,15 @@ namespace tricoil::host {
 namespace {
 
 constexpr std::size_t kMinPivotPoses = 10;
-constexpr double kMinTilt_rad = 0.07;      // 4 deg
-constexpr double kMinTiltToNoise = 2;      // of the attitudes
-constexpr double kMaxResidual_sigmas = 5;  // a larger residual is not caused by noise
-constexpr double kMaxResidual_m = 3e-4;    // play of a tip in its hole; a smaller residual is accepted
-constexpr double kSmallestSigma_m = 1e-6;  // makes the covariance of noise-free poses regular
-constexpr double kOutlierSquare = 16.27;   // chi-square with 3 degrees of freedom, 99.9 %
-constexpr double kMedian = 2.366;          // its median
-constexpr int kTrials = 300;               // with half of the poses wrong, one trial in 16 has only good poses
+constexpr double kMinTilt_rad = 0.07;            // 4 deg
+constexpr double kMinTiltToNoise = 2;            // of the attitudes
+constexpr double kMaxResidual_sigmas = 5;        // a larger residual is not caused by noise
+constexpr double kMaxResidual_m = 3e-4;          // play of a tip in its hole; a smaller residual is accepted
+constexpr double kMaxUnstatedResidual_m = 5e-3;  // the same, of poses without standard deviations
+constexpr double kSmallestSigma_m = 1e-6;        // makes the covariance of noise-free poses regular
+constexpr double kOutlierSquare = 16.27;         // chi-square with 3 degrees of freedom, 99.9 %
+constexpr double kMedian = 2.366;                // its median
+constexpr int kTrials = 300;                     // with half of the poses wrong, one trial in 16 has only good poses
 constexpr std::size_t kPosesPerTrial = 4;
 constexpr std::size_t kScoredPoses = 300;
 constexpr int kPasses = 30;
@@ -248,10 +249,18 @@ Json warnings_of(const PivotRecord& record, const PivotCalibration& found) {
 
 }  // namespace
 
-PivotCalibration calibrate_pivot(const std::vector<PivotPose>& poses, const std::string& name) {
+PivotCalibration calibrate_pivot(std::vector<PivotPose> poses, const std::string& name) {
     refuse_if(poses.size() < kMinPivotPoses, "{}: {} valid poses; at least {} are needed, with the pointer tilted to all sides",
               name, poses.size(), kMinPivotPoses);
-    const Fit fit = fit_tip(poses);
+    Fit fit = fit_tip(poses);
+    const bool is_stated = std::ranges::any_of(poses, [](const PivotPose& pose) { return !pose.covariance.isZero(0); });
+    if (!is_stated) {  // standard deviations that the poses do not have are those of the residuals
+        for (PivotPose& pose : poses) {
+            pose.covariance.topLeftCorner<3, 3>() =
+                fit.scale * fit.scale * kSmallestSigma_m * kSmallestSigma_m * Mat3<double>::Identity();
+        }
+        fit = fit_tip(poses);
+    }
     const Tilt tilt = tilt_of(fit.used);
     check_motion(tilt, name);
     PivotCalibration result;
@@ -269,6 +278,9 @@ PivotCalibration calibrate_pivot(const std::vector<PivotPose>& poses, const std:
     result.residual_rms_m = std::sqrt(squares / count);
     result.residual_sigmas = std::sqrt(weighted / (3 * count - 6));
     check_residual(fit, result.residual_rms_m, name);
+    refuse_if(!is_stated && result.residual_rms_m > kMaxUnstatedResidual_m,
+              "{}: the tip is not at rest: residual {:.2f} mm RMS; hold the tip in a small hole", name,
+              1e3 * result.residual_rms_m);
     result.inflation = covariance_inflation(fit);
     const Mat6<double> covariance = result.inflation * Mat6<double>(inverse_of_definite(eigen(fit.normal.matrix)));
     result.tip_covariance_m2 = covariance.topLeftCorner<3, 3>();

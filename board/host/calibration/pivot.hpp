@@ -32,10 +32,11 @@ struct PivotCalibration {
 
 /// Weighted linear least squares in closed form, repeated with the weights and without the outliers of the previous result.
 /// A rotation error r moves the tip t by r x (q t), so each weight depends on the tip. Errors of the attitudes would also shorten
-/// the tip vector; the equations are corrected for this. `poses`: in order of time. Equal poses give equal results. Throws
+/// the tip vector; the equations are corrected for this. `poses`: in order of time. Equal poses give equal results. If
+/// all covariances are zero, they are taken from the residuals. Throws
 /// InputError if the motion does not determine the tip: fewer than 10 poses, rotation about one axis, too little rotation, or a
 /// tip that moves. `name`: of the poses, for messages.
-PivotCalibration calibrate_pivot(const std::vector<PivotPose>& poses, const std::string& name);
+PivotCalibration calibrate_pivot(std::vector<PivotPose> poses, const std::string& name);
 
 struct PivotRecord {
     std::string name;  // for messages

@@ -14,7 +14,7 @@
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/calibrations.hpp"
-#include "board/host/commands/commands.hpp"
+#include "board/host/commands/reader_options.hpp"
 #include "board/host/figures/draw.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
@@ -126,17 +126,11 @@ std::string evaluation_text(const Json& r) {
                        "{repeats_with_attitude_m in mm:.3f} mm, other {rough_m in mm:.3f} mm (RMS)\n");
 }
 
-// Options of evaluate --dynamic, which Python reads.
-constexpr const char* kDynamicOptions[][2] = {
-    {"--time-offset", "reference time minus tracker time, s: the search starts there"},
-    {"--sensor", "number or name of the sensor in POSES"},
-    {"--reference-sensor", "number or name of the body in TRUTH"},
-    {"--unit", "of positions: m, cm, mm or in; TRUTH,POSES if they differ"},
-    {"--time-unit", "of times: s, ms, us or ns; TRUTH,POSES if they differ"},
-    {"--rate-hz", "of a file with frame numbers, or without time; TRUTH,POSES if they differ"},
-    {"--rotation", "of three angles: polhemus, rotvec, ZYX; of q1 to q4: wxyz, xyzw; TRUTH,POSES if they differ"},
-    {"--columns", "names of the columns of POSES if it has none: sensor,x,y,z,azimuth,elevation,roll, or polhemus"},
-};
+// Options of evaluate --dynamic, with those of the reader: Python reads them.
+constexpr std::array<TextOption, 2> kDynamicOptions{{
+    {"--time-offset", "--dynamic: reference time minus tracker time, s: the search starts there", "SECONDS"},
+    {"--reference-sensor", "--dynamic: number or name of the body in TRUTH; --sensor is of POSES", "TEXT"},
+}};
 
 /// Checks the options of both kinds of evaluation.
 void check_options(const EvaluateCommand& command, bool is_dynamic) {
@@ -252,8 +246,10 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
     sub->add_flag("--same-clock")
         ->description("--dynamic: --time-offset (default 0) is exact: the latency is measured")
         ->needs(dynamic);
-    for (const auto& [name, text] : kDynamicOptions) {
-        sub->add_option(name)->description("--dynamic: " + std::string(text))->type_name("TEXT")->needs(dynamic);
+    add_text_options(sub, kDynamicOptions);
+    add_reader_options(sub, "--dynamic: TRUTH,POSES");
+    for (const auto& options : {std::span<const TextOption>(kDynamicOptions), std::span<const TextOption>(kReaderOptions)}) {
+        std::ranges::for_each(options, [&](const TextOption& option) { sub->get_option(option[0])->needs(dynamic); });
     }
     sub->add_option("--out", c->out, "Folder for the errors as CSV and picture")->type_name(kFolderType);
     sub->add_flag("--json", c->json, "Result as JSON");

@@ -11,6 +11,7 @@ source frame. Couplings X[i, j] are the output of sensor coil i while source coi
 >>> print(run.rms_mm(), run.poses["position_m"].shape)
 """
 
+from ._bench import bench
 from ._command import calibrate, command, evaluate
 from ._demodulate import demodulate
 from ._dynamic import verify
@@ -42,6 +43,7 @@ __all__ = [
     "TIMINGS",
     "Timing",
     "__version__",
+    "bench",
     "calibrate",
     "command",
     "couplings",

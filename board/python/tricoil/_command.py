@@ -31,6 +31,40 @@ def _words(options: dict[str, Any]) -> list[str]:
     return words
 
 
+def in_python(name, arguments, options) -> bool:
+    """True for a command, or a kind of it, that the program hands over to this package."""
+    if name == "motion":
+        return bool({"poses", "trajectory", "plan"} & options.keys())
+    return name in ("bench", "demodulate", "calibrate pivot") or (name == "convert" and len(arguments) == 1 and os.path.isfile(arguments[0]))
+
+
+def of_python(name, arguments, options) -> Any:
+    """The result of such a command. Raises ValueError with the program's names of the options."""
+    if name == "motion":
+        from . import _motion_command
+
+        return _motion_command.run(**options)[0]
+    if len(arguments) != 1 or (name == "demodulate" and "carrier_hz" not in options):
+        raise ValueError("demodulate takes one capture, and carrier_hz" if name == "demodulate" else f"{name} takes one file")
+    options.pop("json", None)
+    if name == "demodulate":
+        from . import _demodulate
+
+        return _demodulate.run(*arguments, **options)[0]
+    path = os.fspath(arguments[0])
+    if name == "bench":
+        from . import _bench
+
+        return _bench.run(path, **options)[0]
+    if name == "convert":
+        from . import _convert
+
+        return _convert.run(path, **options)
+    from . import _pivot
+
+    return _pivot.of_file(path, options.get("sensor"), os.fspath(options.get("out", "")))
+
+
 def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     """Result of a command of the program, as `tricoil NAME ... --json` prints it.
 
@@ -42,20 +76,9 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
         raise ValueError(f"help: see `tricoil {name} --help`")
     if name == "evaluate" and options.get("dynamic"):
         return evaluate(arguments, **options)
-    if name == "motion" and {"poses", "trajectory"} & options.keys():
-        from . import _motion_command
-
+    if in_python(name, arguments, options):
         try:
-            return _motion_command.run(**options)[0]
-        except _motion_command.PoseError as error:
-            raise ValueError(own_names(str(error))) from None
-    if name == "demodulate":
-        from . import _demodulate
-
-        if len(arguments) != 1 or "carrier_hz" not in options:
-            raise ValueError("demodulate takes one capture, and carrier_hz")
-        try:
-            return _demodulate.run(*arguments, **{key: value for key, value in options.items() if value is not None})[0]
+            return of_python(name, arguments, {key: value for key, value in options.items() if value is not None})
         except ValueError as error:
             raise ValueError(own_names(str(error))) from None
     words = [*name.split(), *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]

@@ -94,7 +94,32 @@ def demodulate(options, files):
         sys.exit(1)
 
 
-COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion}
+def bench(options, files):
+    from tricoil import _bench
+
+    as_json = options.pop("json", False)
+    result, text = _bench.run(files[0], **options)
+    put_result(result, as_json, text, sys.stderr if options.get("out") == "-" else sys.stdout)
+
+
+def convert(options, files):
+    from tricoil import _convert
+
+    as_json = options.pop("json", False)
+    result = _convert.run(files[0], **options)
+    if options.get("out", "-") != "-":
+        put_result(result, as_json, _convert.text(result))
+
+
+def pivot(options, files):
+    from tricoil import _pivot
+
+    as_json = options.pop("json", False)
+    result = _pivot.of_file(files[0], options.get("sensor"), options.get("out", ""))
+    put_result(result, as_json, _pivot.text(result), sys.stderr if options.get("out") == "-" else sys.stdout)
+
+
+COMMANDS = {"bench": bench, "convert": convert, "demodulate": demodulate, "evaluate": evaluate, "motion": motion, "pivot": pivot}
 
 
 def main():
