@@ -83,7 +83,7 @@ class Convert(unittest.TestCase):
         self.assertEqual(done.stdout.count("\n"), 201)
         for words, message in (([source, "--to", "mat"], "--to mat: only of a recording's folder"), ([source, "--to", "ndi", "--units", "in"], "give --units mm"),
                                ([source, "--to", "motive", "--euler", "zyx"], "--euler: only with --to csv"), ([source, "--to", "csv", "--out", source], "is also an input file"),
-                               ([source, "--boresight"], "--boresight: only of a recording's folder"), ([self.folder, "--to", "ndi"], "is written from a file of poses"),
+                               ([source, "--json"], "--json: the poses need a file"), ([source, "--boresight"], "--boresight: only of a recording's folder"), ([self.folder, "--to", "ndi"], "is written from a file of poses"),
                                ([source, "--to", "csv", "--euler", "zzy"], "--euler must be three axes")):
             done = subprocess.run([*program, *words], capture_output=True, text=True, check=False)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)

@@ -67,7 +67,9 @@ class Plan(unittest.TestCase):
         done = subprocess.run([program, "motion", "--trajectory", self.file, "--loop", "closed"], capture_output=True, text=True, check=True)
         self.assertIn("near field   assumed: (r k)^2 / 2 =", done.stdout)
         self.assertEqual(tricoil.command("motion", trajectory=self.file, rate_hz="120,50", loop="closed")["update_s"], 1 / 120)
-        for words, message in ((["--plan", self.file, "--poses", "a.csv"], "--plan: not with"), (["--size", "1,1,1"], "--size requires --plan"),
+        done = subprocess.run([program, "motion", "--plan", "-", "--grid", "2"], capture_output=True, text=True, check=True)
+        self.assertTrue(done.stdout.startswith("time_s,") and done.stdout.endswith(",approach\n"), done.stdout[-100:])
+        for words, message in ((["--plan", self.file, "--poses", "a.csv"], "--plan: not with"), (["--size", "1,1,1"], "--size requires --plan"), (["--example", "I", "--rate-hz", "240,120"], "--rate-hz A,B requires"),
                                (["--unit", "mm"], "--unit requires --poses"), (["--plan", self.file, "--timing", "fdm"], "--timing requires --poses")):
             done = subprocess.run([program, "motion", *words], capture_output=True, text=True, check=False)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)

@@ -102,6 +102,7 @@ paper::Example make_example(const MotionCommand& c) {
 }
 
 paper::SimulationParams make_params(const MotionCommand& c) {
+    refuse_if(c.rate_hz.size() > 1, "--rate-hz A,B requires --poses or --trajectory; give one number");
     check_option("--rate-hz", c.rate_hz.front(), 1, 1e5);
     check_option("--gap", c.gap_s, 0, 1);
     check_option("--start-time", c.start_time_s, 0, 1e9);

@@ -105,5 +105,5 @@ def text(r: dict) -> str:
              f"  residual {1e3 * r['residual_rms_m']:.3f} mm RMS, {r['residual_sigmas']:.2f} times the poses' standard deviations; covariance "
              f"enlarged by {r['covariance_inflation']:.2f}",
              *(f"  warning: {warning}" for warning in r["warnings"]),
-             f"wrote {r['out']}; use it with --tip {r['out']}" if r["out"] else f"  use it with --tip {r['option']}"]
+             f"wrote {r['out']}; use it with --tip {r['out']}" if r["out"] not in ("", "-") else f"  use it with --tip {r['option']}"]
     return "\n".join(lines) + "\n"

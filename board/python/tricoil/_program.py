@@ -79,7 +79,7 @@ def motion(options, files):
 
     as_json = options.pop("json", False)
     result, text = _motion_command.run(**options)
-    if options.get("out") != "-":
+    if "-" not in (options.get("out"), options.get("plan")):
         put_result(result, as_json, text)
 
 
@@ -106,8 +106,11 @@ def convert(options, files):
     from tricoil import _convert
 
     as_json = options.pop("json", False)
+    is_printed = options.get("out", "-") == "-"
+    if as_json and is_printed:
+        refuse("--json: the poses need a file; add --out FILE")
     result = _convert.run(files[0], **options)
-    if options.get("out", "-") != "-":
+    if not is_printed:
         put_result(result, as_json, _convert.text(result))
 
 
