@@ -50,10 +50,10 @@ async function steps(browser, html, check, pictures) {
       'the tour shows its steps and the sentence of this one');
   check(await text(page, '#source') === 'simulation' && await text(page, '#error_with') === '–', 'the page says that it is a simulation');
   send(3, 3);
-  await wait(() => window.tricoil.scene.sensors.get(0).truth.shaft.scale.y > 0.02);
+  await wait(() => window.tricoil.scene.sensors.get(0).truth.shaft.scale.y > 0.01);
   const {length_mm} = await drawn(page);
   check(
-      Math.abs(length_mm - 60) < 0.01 && /arrow: its error, drawn x20/.test(await text(page, '#truth')),
+      Math.abs(length_mm - 30) < 0.01 && /arrow: error, drawn x10/.test(await text(page, '#truth')),
       `an error of 3 mm is an arrow of ${length_mm.toFixed(1)} mm from the true sensor, and the scale is stated`);
   await page.evaluate(() => {
     const choice = document.querySelector('#error_scale');

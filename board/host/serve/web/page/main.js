@@ -2,7 +2,7 @@
 import {kConventions, relative} from './attitude.js';
 import {agrees, ask, mayControl, recordOrEnd, say, showPermission, startOrStop} from './controls.js';
 import {historyCsv, save} from './csv.js';
-import {exaggerationFor, kSigmas} from './ellipsoid.js';
+import {kSigmas} from './ellipsoid.js';
 import {Guide} from './guide.js';
 import {fillHelp, listen} from './keys.js';
 import {errorGradient, readPalette} from './palette.js';
@@ -12,12 +12,14 @@ import {qualityOf, sidesOf} from './quality.js';
 import {Readout} from './readout.js';
 import {flags, learn} from './sample.js';
 import {Scene} from './scene.js';
-import {kUnits, onSystemTheme, set, settings} from './settings.js';
+import {describe} from './scene_text.js';
+import {kScales, kUnits, onSystemTheme, set, settings} from './settings.js';
 import {page, take} from './state.js';
 import {showHealth, showRecording, showSource} from './status.js';
 import {connect} from './stream.js';
 import {Tools} from './tools.js';
 import {Tour} from './tour.js';
+import {Work} from './work.js';
 
 const kRefreshMs = 100;  // redraw interval without new poses
 const kLinkNames = {
@@ -37,7 +39,10 @@ const guide = new Guide(towards => ask({hemisphere: towards, sensor: page.select
 const tools = new Tools(element('tools'), say);
 const playback = new Playback(tools.recordings, showMode, say);
 const tour = page.tour = new Tour(element('tour'), request => ask(request, true), beginStep);
+const kLegendGap = 16;  // pixels
+const work = page.work = new Work();
 let sceneRequested = false;
+let isFitted = false;  // the camera shows this run
 
 function listSensors() {
   const numbers = [...page.shown.keys()].sort();
@@ -74,7 +79,7 @@ function showChosen() {
   readout.showTiles(tracked, page.playback ? null : page.latency_ms ?? null, isLive());
   element('latency').title = here ? '' : 'without the network';
   element('error_factor').textContent = `x${settings.error_scale}`;
-  if (page.scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${page.exaggeration}`;
+  if (page.scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${settings.error_scale}`;
   const now = page.playback ? page.playback.t : tracked.now();
   plots.draw(tracked.history, now, page.playback ? page.playback.from : plots.frozen ? plots.origin : now);
 }
@@ -84,27 +89,28 @@ function placeSensors() {
   if (!page.scene) return;
   for (const [number, tracked] of page.shown) {
     const view = page.scene.sensor(number);
-    if (number === page.selected && tracked.newest.valid) page.exaggeration = exaggerationFor(tracked.newest.covariance, page.exaggeration);
-    view.show(tracked.newest, relative(tracked.newest.q_wxyz, tracked.boresight), page.exaggeration, settings.error_scale);
+    view.show(tracked.newest, relative(tracked.newest.q_wxyz, tracked.boresight), settings.error_scale);
     if (!isLive()) view.setVisible(false);
   }
   const pose = page.newest;
   const unknown = isLive() && pose?.names.includes('hemisphere_unknown') && Number.isFinite(pose.position_m[0]);
   page.scene.hemisphere.show(pose?.position_m, unknown ? sidesOf(pose.position_m) : []);
+  follow();
   page.scene.hemisphere.confine(page.playback || tour.place || unknown ? null : page.status.confined_to?.[page.selected] ?? null);
+  describe(element('scene'), [...page.shown.values()], isLive(), tour.metal);
   page.scene.invalidate();
 }
 
 function drawTrails() {
   for (const view of page.scene?.sensors.values() ?? []) {
-    view.trail.clear();
+    view.clearTrails();
     if (!page.shown.has(view.number)) view.setVisible(false);
   }
   if (!page.playback || !page.scene) return;
   for (const [number, sensor] of page.playback.sensors) {
     let before = null;
     for (const pose of sensor.trail(page.playback.t)) {
-      if (pose.valid) page.scene.sensor(number).trail.add(pose.position_m, pose.t, pose.expected_mm, !before?.valid || pose.t - before.t > 0.3);
+      if (pose.valid) page.scene.sensor(number).add(pose, settings.error_scale, !before?.valid || pose.t - before.t > 0.3);
       before = pose;
     }
   }
@@ -114,16 +120,53 @@ function drawTrails() {
 function beginStep() {
   drawTrails();
   page.scene?.showMetal(tour.metal);
+  isFitted = false;
+}
+
+const knownPositions = () => [...page.shown.values()].map(tracked => tracked.newest).filter(pose => pose?.valid).map(pose => pose.position_m);
+/// Positions on the trails.
+const recentPositions = () => [...page.scene.sensors.values()].flatMap(({trail}) => trail.points.filter((_, n) => n % 20 === 0).map(({p}) => p));
+
+/// Part of the scene that no text covers.
+function freeArea() {
+  const {clientWidth: width, clientHeight: height} = element('scene');
+  const numbers = element('numbers'), legend = element('legend');
+  const top = (numbers.offsetTop + numbers.offsetHeight) / height, bottom = 1 - (legend.offsetHeight + kLegendGap) / height;
+  return bottom - top > 0.3 && width > 0 ? {left: 0.02, right: 0.98, top, bottom} : {left: 0, right: 1, top: 0, bottom: 1};
+}
+
+/// Keeps the sensors in sight: fits at the start of a run, and while the user does not move the camera.
+function follow() {
+  const now = knownPositions();
+  if (!page.scene || now.length === 0) return;
+  if (!isFitted)
+    page.scene.view.fit([...now, ...metalPlaces()]);
+  else
+    page.scene.view.follow(now, [...recentPositions(), ...metalPlaces()]);
+  isFitted = true;
+}
+
+const metalPlaces = () => tour.metal.map(({position_m}) => position_m);
+
+function showFollowing() {
+  element('follow').setAttribute('aria-pressed', String(page.scene?.view.following ?? true));
+}
+
+function toggleFollow() {
+  if (!page.scene) return;
+  page.scene.view.following = !page.scene.view.following;
+  isFitted &&= !page.scene.view.following;
+  showFollowing();
+  follow();
 }
 
 /// Creates the 3D view. Called after the first numbers and plots are painted, because it can take a second without a graphics
 /// processor.
 function openScene() {
   try {
-    page.scene = new Scene(element('scene'));
-    page.scene.showField(settings.field);
+    page.scene = new Scene(element('scene'), {freeArea, taken: showFollowing, measure: ms => work.end(ms)});
+    showUp();
     page.scene.showMetal(tour.metal);
-    resetView('free');
     placeSensors();
     page.firstPictureMs = performance.now();
   } catch {
@@ -131,9 +174,29 @@ function openScene() {
   }
 }
 
+/// Shows one of the views, and follows.
 function resetView(name) {
-  const points = [...page.shown.values()].filter(tracked => tracked.newest?.valid).map(tracked => tracked.newest.position_m);
-  page.scene?.view(name, points);
+  if (!page.scene) return;
+  page.scene.view.turn(name);
+  page.scene.view.following = true;
+  isFitted = false;
+  showFollowing();
+  page.scene.view.fit([...knownPositions(), ...recentPositions(), ...metalPlaces()]);
+}
+
+function showUp() {
+  element('axis').textContent = settings.up === 'down' ? 'z points down, as of a FASTRAK' : 'z points up';
+  if (!page.scene) return;
+  page.scene.setUp(settings.up === 'down' ? -1 : 1);
+  showField();
+  page.scene.showMetal(tour.metal);
+  isFitted = false;
+}
+
+const fieldShown = () => settings.field !== 'auto' ? settings.field : tour.place ? 'all' : 'none';
+function showField() {
+  element('field').value = fieldShown();
+  if (page.scene && page.scene.fieldAxis !== fieldShown()) page.scene.showField(fieldShown());
 }
 
 function afterPaint(action) { requestAnimationFrame(() => setTimeout(action)); }
@@ -161,7 +224,7 @@ function receive(message) {
     }
     if (tracked.number === page.selected && taken.fresh) tour.add(pose, pose.t);
     if (!pose.valid || page.playback) continue;
-    page.scene?.sensor(tracked.number).trail.add(pose.position_m, pose.t, pose.expected_mm, begins);
+    page.scene?.sensor(tracked.number).add(pose, settings.error_scale, begins);
     if (tracked.number === page.selected) tools.collect(pose);
   }
   const newest = page.sensors.get(page.selected)?.newest;
@@ -192,6 +255,7 @@ function showStatus() {
   const problem = page.outdated ? 'The server was replaced by another version: reload this page.' : page.status.recording_error;
   if (element('problem').textContent !== problem) element('problem').textContent = problem;
   tour.show(page.status.tour);
+  showField();
   showRecording(page.status);
   showPermission();
   showHealth(page.status.health, page.damaged + page.stream.damaged);
@@ -228,11 +292,13 @@ function play(ms) {
     playedMs = null;
     return;
   }
-  playback.advance(playedMs === null ? 0 : Math.min(0.25, (ms - playedMs) / 1000));
+  work.time(() => {
+    playback.advance(playedMs === null ? 0 : Math.min(0.25, (ms - playedMs) / 1000));
+    drawTrails();
+    placeSensors();
+    showChosen();
+  });
   playedMs = ms;
-  drawTrails();
-  placeSensors();
-  showChosen();
   requestAnimationFrame(play);
 }
 
@@ -288,17 +354,33 @@ async function setLimit() {
   showChosen();
 }
 
-function toggleTools() {
-  const tools = element('tools');
-  tools.hidden = !tools.hidden;
-  element('open_tools').setAttribute('aria-expanded', String(!tools.hidden));
-  if (!tools.hidden) playback.refresh();
+function toggleTools() { showTools(element('tools').hidden); }
+
+function showTools(shown) {
+  element('tools').hidden = !shown;
+  element('open_tools').setAttribute('aria-expanded', String(shown));
+  if (shown) playback.refresh();
+}
+
+/// A narrow screen shows one part of the page: scene, plots, tools or controls.
+function showPane(name) {
+  document.body.dataset.pane = name;
+  for (const button of document.querySelectorAll('[data-pane]:not(body)')) button.setAttribute('aria-pressed', String(button.dataset.pane === name));
+  showTools(name === 'tools');
+  plots.drawnMs = 0;
+  showChosen();
+}
+
+/// Shows or hides a group that a narrow screen hides.
+function toggleGroup(button) {
+  const shown = document.body.dataset[button.dataset.toggle] !== 'true';
+  document.body.dataset[button.dataset.toggle] = String(shown);
+  button.setAttribute('aria-expanded', String(shown));
 }
 
 function setField(axis) {
   set('field', axis);
-  element('field').value = settings.field;
-  page.scene?.showField(settings.field);
+  showField();
 }
 
 /// Binds a choice to a setting. apply(): shows the change.
@@ -332,9 +414,12 @@ const actions = {
   csv: saveShown,
   help: () => element('help_dialog').showModal(),
   limit: setLimit,
+  follow: toggleFollow,
 };
 for (const [id, action] of Object.entries(actions)) element(id).addEventListener('click', () => action());
 for (const button of document.querySelectorAll('[data-view]')) button.addEventListener('click', () => resetView(button.dataset.view));
+for (const button of document.querySelectorAll('[data-pane]:not(body)')) button.addEventListener('click', () => showPane(button.dataset.pane));
+for (const button of document.querySelectorAll('[data-toggle]')) button.addEventListener('click', () => toggleGroup(button));
 const pressed = id => () => {
   if (!element(id).disabled) actions[id]();
 };
@@ -357,7 +442,8 @@ listen({
   1: () => resetView('top'),
   2: () => resetView('front'),
   3: () => resetView('side'),
-  g: () => setField(next(['none', 'x', 'y', 'z'], settings.field)),
+  f: pressed('follow'),
+  g: () => setField(next(['none', 'x', 'y', 'z', 'all'], fieldShown())),
   m: cycleTheme,
   '.': () => tour.move(1),
   ',': () => tour.move(-1),
@@ -366,6 +452,7 @@ listen({
   Escape: () => playback.leave()
 });
 
+element('error_scale').append(...kScales.map(scale => new Option(`×${scale}`, String(scale))));
 element('units').append(...Object.keys(kUnits).map(name => new Option(name, name)));
 element('order').append(...Object.entries(kConventions).map(([name, {label}]) => new Option(label, name)));
 bind('units', 'units', applyConventions);
@@ -373,7 +460,11 @@ bind('order', 'order', applyConventions);
 bind('theme', 'theme', applyTheme);
 bind('window', 'window_s', () => plots.follow(), Number);
 bind('error_scale', 'error_scale', () => page.shown.size && placeSensors(), Number);
-bind('field', 'field', () => setField(settings.field));
+element('field').addEventListener('change', event => setField(event.target.value));
+bind('up', 'up', () => {
+  showUp();
+  if (page.shown.size) placeSensors();
+});
 element('sensor').addEventListener('change', event => select(Number(event.target.value)));
 onSystemTheme(applyTheme);
 for (const button of document.querySelectorAll('[data-cancel]')) button.addEventListener('click', () => button.closest('dialog').close('no'));
@@ -383,4 +474,4 @@ setInterval(() => {
   if (!isLive()) showChosen();
 }, kRefreshMs);
 page.plots = plots;
-connect(receive, link, page.stream);
+connect(message => work.time(() => receive(message)), link, page.stream);

@@ -1,21 +1,24 @@
 // Settings of the user, stored by the browser.
 const kKey = 'tricoil';
 export const kUnits = {mm: {scale: 1, digits: 1}, cm: {scale: 0.1, digits: 2}, m: {scale: 0.001, digits: 4}, in: {scale: 1 / 25.4, digits: 3}};
+export const kScales = [1, 2, 5, 10, 20, 50, 100, 500];  // of ellipsoid and error
 const kDefaults = {
   units: 'mm',
   order: 'zyx',
   theme: 'auto',
   limit_mm: 2,
-  field: 'none',
-  error_scale: 20,
+  field: 'auto',  // of the demo: all coils; otherwise none
+  up: 'down',     // direction of z in the scene
+  error_scale: 10,
   window_s: 10
 };
 const kAllowed = {
   units: Object.keys(kUnits),
   order: ['zyx', 'xyz', 'vector'],
   theme: ['auto', 'light', 'dark'],
-  field: ['none', 'x', 'y', 'z'],
-  error_scale: [1, 5, 20, 100],
+  field: ['auto', 'none', 'x', 'y', 'z', 'all'],
+  up: ['down', 'up'],
+  error_scale: kScales,
   window_s: [10, 30, 60, 300, 600]
 };
 
