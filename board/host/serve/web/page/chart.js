@@ -9,6 +9,7 @@ const kBandColors = {
   2: 'bad',
   3: 'muted'
 };
+const kMostAxes = 2;  // further units have scales without an axis
 const kHatch = 6;  // pixels between the lines of invalid poses
 
 function line(context, x0, y0, x1, y1) {
@@ -60,20 +61,21 @@ function drawLimit(u, limit) {
 }
 
 export class Chart {
-  /// plots: shared state: {range, bands}. select(from, to), reset(): actions of the user; hover(): the cursor has moved.
-  constructor(parent, spec, plots, {select, reset, hover}) {
+  /// plots: shared state: {range, bands}. select(from, to), reset(), pick(t), edit(index): actions of the user; hover(): the cursor has moved.
+  constructor(parent, spec, plots, {select, reset, pick, edit, hover}) {
     this.spec = spec;
     this.box = document.createElement('figure');
     this.heading = document.createElement('figcaption');
     this.values = [];
     this.box.append(this.heading);
     parent.append(this.box);
-    this.#makeHeading();
+    this.#makeHeading(edit);
     const size = parseFloat(getComputedStyle(document.documentElement).fontSize);
     const font = `${Math.round(0.75 * size)}px system-ui, sans-serif`;
     const axis = {stroke: () => palette.muted, grid: {stroke: () => palette.grid, width: 1}, ticks: {show: false}, font};
     const numbers = (u, splits) => splits.map(v => v === null ? '' : String(Number(v.toPrecision(6))).replace('-', '−'));
-    const range = (u, low, high) => spanOf(this.spec, low, high);
+    const range = unit => (u, low, high) => spanOf(this.spec.zero, this.spec.series.find(series => series.unit === unit).digits, low, high);
+    const scaleOf = unit => unit === spec.units[0] ? 'y' : `y ${unit}`;
     this.u = new uPlot(
         {
           width: 300,
@@ -92,13 +94,13 @@ export class Chart {
               }
             }
           },
-          scales: {x: {time: false, range: () => plots.range}, y: {range}},
+          scales: {x: {time: false, range: () => plots.range}, ...Object.fromEntries(spec.units.map(unit => [scaleOf(unit), {range: range(unit)}]))},
           // The lowest number of y reaches below the plot: the numbers of x keep clear of it.
-          axes: [{...axis, values: numbers, size: 1.7 * size, gap: 7}, {...axis, values: numbers, size: 3.6 * size, gap: 4, space: 1.4 * size}],
+          axes: [{...axis, values: numbers, size: 1.7 * size, gap: 7}, ...spec.units.slice(0, kMostAxes).map((unit, n) => ({...axis, values: numbers, size: 3.6 * size, gap: 4, space: 1.4 * size, scale: scaleOf(unit), side: n === 0 ? 3 : 1, grid: {...axis.grid, show: n === 0}}))],
           series: [
             {},
             ...spec.series.map(
-                series => ({label: series.label, stroke: () => palette[series.color], width: 0.11 * size, dash: series.dash, points: {show: false}}))
+                series => ({label: series.label, scale: scaleOf(series.unit), stroke: () => palette[series.color], width: 0.11 * size, dash: series.dash, points: {show: false}}))
           ],
           hooks: {
             drawClear: [u => drawBands(u, plots.bands)],
@@ -115,6 +117,10 @@ export class Chart {
         },
         [[], ...spec.series.map(() => [])], this.box);
     this.u.over.setAttribute('aria-hidden', 'true');
+    this.now = document.createElement('i');
+    this.now.className = 'now';
+    this.u.over.append(this.now);
+    this.u.over.addEventListener('click', event => pick(this.u.posToVal(event.offsetX, 'x')));
   }
 
   setData(data) {
@@ -125,13 +131,32 @@ export class Chart {
 
   setSize(width, height) { this.u.setSize({width, height: Math.max(60, height - this.heading.offsetHeight)}); }
 
-  /// Values at the cursor, or the newest.
+  /// Line at time t of the axis; null: none.
+  showNow(t) {
+    const [from, to] = this.u.scales.x.min === undefined ? [0, 0] : [this.u.scales.x.min, this.u.scales.x.max];
+    this.nowIndex = t === null ? null : this.#indexAt(t);
+    this.now.hidden = t === null || t < from || t > to;
+    if (!this.now.hidden) this.now.style.left = `${100 * (t - from) / (to - from)}%`;
+  }
+
+  #indexAt(t) {
+    const times = this.data?.[0] ?? [];
+    let low = 0, high = times.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (times[middle] <= t) low = middle + 1;
+      else high = middle;
+    }
+    return Math.max(0, low - 1);
+  }
+
+  /// Values at the cursor, or at the line of showNow(), or the newest.
   showValues() {
     if (!this.data) return;
-    const at = this.u.cursor.idx ?? this.data[0].length - 1;
+    const at = this.u.cursor.idx ?? this.nowIndex ?? this.data[0].length - 1;
     this.spec.series.forEach((series, n) => {
       const value = this.data[n + 1][at];
-      const text = value === null || value === undefined ? '–' : fixed(value, this.spec.digits);
+      const text = value === null || value === undefined ? '–' : fixed(value, series.digits);
       if (this.values[n].textContent !== text) this.values[n].textContent = text;
     });
   }
@@ -141,7 +166,7 @@ export class Chart {
     this.box.remove();
   }
 
-  #makeHeading() {
+  #makeHeading(edit) {
     const title = document.createElement('strong');
     title.textContent = this.spec.title;
     this.heading.append(title, ` ${this.spec.unit}`);
@@ -156,14 +181,19 @@ export class Chart {
       this.values.push(value);
       this.heading.append(item);
     }
+    const button = document.createElement('button');
+    button.textContent = '⋯';
+    button.title = button.ariaLabel = `Change the plot ${this.spec.title}`;
+    button.addEventListener('click', () => edit(this.spec.index));
+    this.heading.append(button);
   }
 }
 
-/// Range of the y axis: the curves with a margin, never narrower than a few of the last digits.
-function spanOf(spec, low, high) {
-  if (low === null || high === null || low === undefined) return spec.zero ? [0, 1] : [-1, 1];
-  const least = 4 * 10 ** -spec.digits;
-  const bottom = spec.zero ? 0 : low;
+/// Range of a y axis: the curves with a margin, never narrower than a few of the last digits. zero: it begins at 0.
+function spanOf(zero, digits, low, high) {
+  if (low === null || high === null || low === undefined) return zero ? [0, 1] : [-1, 1];
+  const least = 4 * 10 ** -digits;
+  const bottom = zero ? 0 : low;
   const margin = Math.max(0.08 * (high - bottom), (least - (high - bottom)) / 2, 0);
-  return [spec.zero ? 0 : bottom - margin, high + margin + (high === bottom ? least : 0)];
+  return [zero ? 0 : bottom - margin, high + margin + (high === bottom ? least : 0)];
 }

@@ -7,6 +7,7 @@ import {Guide} from './guide.js';
 import {fillHelp, listen} from './keys.js';
 import {errorGradient, readPalette} from './palette.js';
 import {Playback} from './playback.js';
+import {PlotDialog} from './plot_dialog.js';
 import {Plots} from './plots.js';
 import {qualityOf, sidesOf} from './quality.js';
 import {Readout} from './readout.js';
@@ -33,7 +34,17 @@ const kLinkNames = {
 const element = id => document.getElementById(id);
 readPalette();
 element('scale').style.setProperty('--gradient', errorGradient());
-const plots = new Plots(element('plots'), showPause);
+const plots = new Plots(element('plots'), {
+  changed: showPause,
+  edit: index => plotDialog.open(index),
+  pick: t => {
+    if (page.playback) playback.seek(t);
+  }
+});
+const plotDialog = new PlotDialog(() => {
+  plots.rebuild();
+  showChosen();
+});
 const readout = new Readout();
 const guide = new Guide(towards => ask({hemisphere: towards, sensor: page.selected ?? 0}));
 const tools = new Tools(element('tools'), say);
@@ -74,6 +85,8 @@ function showChosen() {
   element('state').textContent = isLive() && pose && !pose.names.includes('stale') ? flags.states[pose.state] ?? '' : '';
   element('flags').textContent = isLive() && pose ? pose.names.join(', ') : '';
   if (!pose) return;
+  document.body.dataset.truth = String(pose.truth !== null);
+  if (pose.truth) plots.showTruth();
   readout.show(tracked);
   const here = ['localhost', '127.0.0.1', '[::1]'].includes(location.hostname);
   readout.showTiles(tracked, page.playback ? null : page.latency_ms ?? null, isLive());
@@ -218,10 +231,6 @@ function receive(message) {
     const {tracked, begins} = taken;
     const pose = tracked.newest;
     fresh ||= taken.fresh;
-    if (pose.truth) {
-      plots.showTruth();
-      document.body.dataset.truth = 'true';
-    }
     if (tracked.number === page.selected && taken.fresh) tour.add(pose, pose.t);
     if (!pose.valid || page.playback) continue;
     page.scene?.sensor(tracked.number).add(pose, settings.error_scale, begins);
@@ -247,6 +256,7 @@ function greet(hello) {
   showSource(hello.source);
   page.outdated = !learn(hello);
   tour.begin(hello.source?.tour);
+  playback.openLink();
 }
 
 function showStatus() {
@@ -273,7 +283,7 @@ function showMode() {
   element('playback').hidden = !page.playback;
   if (document.body.dataset.shown !== String(page.playback?.name)) {
     document.body.dataset.shown = String(page.playback?.name);
-    plots.follow();
+    plots.showRecording(page.playback && {from: page.playback.from, to: page.playback.to});
     listSensors();
     drawTrails();
     if (page.playback) {
@@ -302,10 +312,19 @@ function play(ms) {
   requestAnimationFrame(play);
 }
 
+/// The newest time; in playback about the present moment.
+function showWindow() {
+  if (page.playback)
+    plots.freeze(page.playback.t - settings.window_s / 2, page.playback.t + settings.window_s / 2);
+  else
+    plots.follow();
+}
+
 function showPause() {
   const paused = plots.frozen !== null;
   element('pause').setAttribute('aria-pressed', String(paused));
-  element('pause').textContent = paused ? 'Follow' : 'Pause';
+  element('pause').textContent = page.playback ? 'Whole' : paused ? 'Follow' : 'Pause';
+  element('pause').disabled = page.playback !== null && !paused;
 }
 
 function setBoresight(q) {
@@ -414,6 +433,8 @@ const actions = {
   csv: saveShown,
   help: () => element('help_dialog').showModal(),
   limit: setLimit,
+  copy_link: () => playback.copyLink(),
+  new_plot: () => plotDialog.open(),
   follow: toggleFollow,
 };
 for (const [id, action] of Object.entries(actions)) element(id).addEventListener('click', () => action());
@@ -458,7 +479,7 @@ element('order').append(...Object.entries(kConventions).map(([name, {label}]) =>
 bind('units', 'units', applyConventions);
 bind('order', 'order', applyConventions);
 bind('theme', 'theme', applyTheme);
-bind('window', 'window_s', () => plots.follow(), Number);
+bind('window', 'window_s', showWindow, Number);
 bind('error_scale', 'error_scale', () => page.shown.size && placeSensors(), Number);
 element('field').addEventListener('change', event => setField(event.target.value));
 bind('up', 'up', () => {
@@ -474,4 +495,5 @@ setInterval(() => {
   if (!isLive()) showChosen();
 }, kRefreshMs);
 page.plots = plots;
+addEventListener('hashchange', () => playback.openLink());
 connect(message => work.time(() => receive(message)), link, page.stream);

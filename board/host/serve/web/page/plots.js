@@ -1,17 +1,20 @@
 // Charts of one sensor on a common time axis, which follows the poses, or is paused at a selection.
 import {Chart} from './chart.js';
 import {chartList} from './chart_list.js';
-import {bands, decimate} from './decimate.js';
+import {bands, decimate, difference, meanOf} from './decimate.js';
 import {settings} from './settings.js';
 
 const kFastMs = 60, kSlowMs = 1000;  // shortest and longest time between two drawings
 const kLeastHeight = 92, kMostHeight = 420;
 
 export class Plots {
-  /// changed(): called when the charts pause or resume.
-  constructor(parent, changed) {
+  /// changed(): called when the charts pause or resume. edit(index): the user wants to change a plot. pick(t): the user chose a time.
+  constructor(parent, {changed, edit, pick}) {
     this.parent = parent;
     this.changed = changed;
+    this.edit = edit;
+    this.pick = pick;
+    this.whole = null;   // {from, to} of a recording, which is shown instead of the newest poses
     this.frozen = null;  // {from, to} in s on the axis of the history; null: follows
     this.range = [-settings.window_s, 0];
     this.bands = [];
@@ -27,8 +30,16 @@ export class Plots {
   rebuild() {
     for (const chart of this.charts) chart.destroy();
     const actions = {
-      select: (from, to) => this.freeze(this.origin + Math.min(from, to), this.origin + Math.max(from, to)),
+      select: (from, to) => {
+        this.selected = true;
+        this.freeze(this.origin + Math.min(from, to), this.origin + Math.max(from, to));
+      },
       reset: () => this.follow(),
+      edit: index => this.edit(index),
+      pick: t => {
+        if (!this.selected) this.pick(this.origin + t);
+        this.selected = false;
+      },
       hover: () => {
         for (const chart of this.charts) chart.showValues();
       },
@@ -45,7 +56,7 @@ export class Plots {
     this.rebuild();
   }
 
-  get shown() { return this.frozen ?? {from: this.now - settings.window_s, to: this.now}; }
+  get shown() { return this.frozen ?? this.whole ?? {from: this.now - settings.window_s, to: this.now}; }
 
   freeze(from, to) {
     this.frozen = {from, to};
@@ -64,27 +75,60 @@ export class Plots {
   /// Shows more (factor > 1) or less time about the middle of a paused range.
   zoom(factor) {
     const {from, to} = this.shown;
-    const middle = this.frozen ? (from + to) / 2 : to;
+    const middle = this.frozen || this.whole ? (from + to) / 2 : to;
     this.freeze(middle - (middle - from) * factor, middle + (to - middle) * factor);
   }
 
-  /// now: right edge of the charts. origin: the time that the axis calls 0; by default the right edge.
+  /// Shows a recording instead of the newest poses: {from, to}; null: ends it.
+  showRecording(whole) {
+    this.whole = whole;
+    this.follow();
+  }
+
+  /// now: right edge of the charts, or a line in a recording. origin: the time that the axis calls 0; by default the right edge.
   draw(history, now, origin = now) {
+    this.#drawCurves(history, now, origin);
+    if (document.hidden) return;
+    for (const chart of this.charts) {
+      chart.showNow(this.whole ? now - this.origin : null);
+      if (this.whole) chart.showValues();
+    }
+  }
+
+  #drawCurves(history, now, origin) {
     if (!this.frozen) this.now = now;
+    if (this.frozen && this.whole && this.before < now && now > this.frozen.to && this.before <= this.frozen.to) this.#turnPage();
+    this.before = now;
     const ms = performance.now();
     if (document.hidden || (this.drawnMs > 0 && ms - this.drawnMs < this.#interval())) return;
-    if (this.frozen && this.drawnMs > 0 && this.drawn === this.frozen) return;
-    this.drawn = this.frozen;
+    const still = this.frozen ?? this.whole;
+    if (still && this.drawnMs > 0 && this.drawn === still) return;
+    this.drawn = still;
     this.drawnMs = ms;
-    if (!this.frozen || origin !== now) this.origin = origin;
+    if (!still || origin !== now) this.origin = origin;
     const {from, to} = this.shown;
     this.range = [from - this.origin, to - this.origin];
-    this.bands = bands(history, from, to, now).map(band => ({...band, from: band.from - this.origin, to: band.to - this.origin}));
+    this.bands = bands(history, from, to, this.whole ? history.end : now).map(band => ({...band, from: band.from - this.origin, to: band.to - this.origin}));
     const count = Math.max(100, this.parent.clientWidth);
     for (const chart of this.charts) {
       const [times, ...values] = decimate(history, from, to, count, chart.spec.series);
-      chart.setData([times.map(t => t - this.origin), ...values]);
+      chart.setData([times.map(t => t - this.origin), ...chart.spec.deviation ? this.#deviations(history, chart.spec.series, values) : values]);
     }
+  }
+
+  #deviations(history, series, values) {
+    const {from, to} = this.shown;
+    return series.map((one, n) => {
+      const mean = meanOf(history, from, to, one);
+      return values[n].map(value => value === null ? null : difference(value, mean, one.wraps));
+    });
+  }
+
+  /// A recording that plays left the time shown.
+  #turnPage() {
+    const span = this.frozen.to - this.frozen.from;
+    this.frozen = {from: this.frozen.to, to: this.frozen.to + span};
+    this.drawnMs = 0;
   }
 
   /// Interval between two drawings: the time in which the curves move by one pixel.

@@ -42,9 +42,9 @@ export class Readout {
     if (ms - this.#tilesMs < kTilesMs) return;
     this.#tilesMs = ms;
     const {history, newest: pose} = tracked;
-    put('rate', now ? number(rate(history), 0) : '0');
+    put('rate', now ? number(rate(history, pose.t), 0) : '0');
     put('latency', now && latency_ms >= 0 ? number(latency_ms, 1) : '–');  // negative while the server still matches the clocks
-    put('jitter', now ? short(jitter(history)) : '–');
+    put('jitter', now ? short(jitter(history, pose.t)) : '–');
     put('snr', number(pose.snr_db, 1));
     put('expected', pose.valid ? short(pose.expected_mm) : '–');
     put('distortion', short(pose.distortion_mm));
