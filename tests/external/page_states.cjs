@@ -115,6 +115,11 @@ async function troubles(browser, html, check, pictures) {
         `${flag}: "${await text(page, '#reason')} ${await text(page, '#remedy')}"`);
     await wait(source => new RegExp(`^Sensor 1: .*${source}`).test(document.querySelector('#announcement').textContent), sentence.source);
     check(true, `a screen reader is told: ${await text(page, '#announcement')}`);
+    if (flag === 'no_sensor') {
+      const numbers = () => page.$$eval('#numbers dd:not([data-unit]), #jitter, #snr, #expected, #distortion', parts => parts.map(part => part.textContent).join(' '));
+      await wait(() => document.querySelector('#snr').textContent === '–');
+      check(!/\d/.test(await numbers()), `beside "No sensor found" there is no number: ${await numbers()}`);
+    }
     if (flag !== 'distorted') continue;
     await wait(() => document.querySelector('#expected').textContent === '6.48');
     check(await page.getAttribute('#distortion_bar', 'data-over') === 'true', 'metal widens the expected error, and its tile is marked');

@@ -5,7 +5,7 @@ const fs = require('fs');
 const http = require('http');
 const os = require('os');
 const path = require('path');
-const parts = ['page_states', 'page_tour', 'page_view', 'page_plots', 'page_layout', 'page_work', 'page_trouble'].map(name => require(`./${name}.cjs`));
+const parts = ['page_states', 'page_tour', 'page_view', 'page_plots', 'page_layout', 'page_work', 'page_access', 'page_trouble'].map(name => require(`./${name}.cjs`));
 const [modules, program, pictures] = process.argv.slice(2);
 const {chromium} = require(path.join(modules, 'node_modules', 'playwright-core'));
 

@@ -104,7 +104,7 @@ export class CameraView {
   follow(now, recent) {
     if (!this.following || this.goal) return;
     const free = this.freeArea();
-    const {low, high} = this.#bounds(now.map(p => new Vector3(...p)));
+    const {low, high} = this.#bounds(now.flatMap(p => around(p, kSensor_m)));
     if (low[0] < free.left || high[0] > free.right || low[1] < free.top || high[1] > free.bottom) this.fit([...now, ...recent], true);
   }
 

@@ -9,6 +9,7 @@ const kBandColors = {
   2: 'bad',
   3: 'muted'
 };
+const kCursorSteps = 50;  // of a key, over the time shown
 const kMostAxes = 2;  // further units have scales without an axis
 const kHatch = 6;  // pixels between the lines of invalid poses
 
@@ -61,8 +62,9 @@ function drawLimit(u, limit) {
 }
 
 export class Chart {
-  /// plots: shared state: {range, bands}. select(from, to), reset(), pick(t), edit(index): actions of the user; hover(): the cursor has moved.
-  constructor(parent, spec, plots, {select, reset, pick, edit, hover}) {
+  /// plots: shared state: {range, bands}. select(from, to), reset(), pick(t), edit(index): actions of the user; hover(): the cursor has
+  /// moved; read(text): values for a screen reader.
+  constructor(parent, spec, plots, {select, reset, pick, edit, hover, read}) {
     this.spec = spec;
     this.box = document.createElement('figure');
     this.heading = document.createElement('figcaption');
@@ -71,7 +73,7 @@ export class Chart {
     parent.append(this.box);
     this.#makeHeading(edit);
     const size = parseFloat(getComputedStyle(document.documentElement).fontSize);
-    const font = `${Math.round(0.75 * size)}px system-ui, sans-serif`;
+    const font = `${Math.max(12, Math.round(0.75 * size))}px system-ui, sans-serif`;
     const axis = {stroke: () => palette.muted, grid: {stroke: () => palette.grid, width: 1}, ticks: {show: false}, font};
     const numbers = (u, splits) => splits.map(v => v === null ? '' : String(Number(v.toPrecision(6))).replace('-', '−'));
     const range = unit => (u, low, high) => spanOf(this.spec.zero, this.spec.series.find(series => series.unit === unit).digits, low, high);
@@ -120,6 +122,14 @@ export class Chart {
     this.now = document.createElement('i');
     this.now.className = 'now';
     this.u.over.append(this.now);
+    this.box.tabIndex = 0;
+    this.box.addEventListener('keydown', event => {
+      if (event.target !== this.box || event.ctrlKey || event.metaKey || event.altKey || !this.#moveCursor(event.key)) return;
+      event.preventDefault();
+      event.stopPropagation();
+      hover();
+      read(this.#reading);
+    });
     this.u.over.addEventListener('click', event => pick(this.u.posToVal(event.offsetX, 'x')));
   }
 
@@ -159,6 +169,25 @@ export class Chart {
       const text = value === null || value === undefined ? '–' : fixed(value, series.digits);
       if (this.values[n].textContent !== text) this.values[n].textContent = text;
     });
+  }
+
+  /// Keys move the cursor through the time shown; all charts follow.
+  #moveCursor(key) {
+    const times = this.data?.[0] ?? [];
+    const last = times.length - 1;
+    if (last < 0) return false;
+    const at = this.u.cursor.idx ?? last, step = Math.max(1, Math.round(last / kCursorSteps));
+    const next = {ArrowLeft: at - step, ArrowRight: at + step, Home: 0, End: last}[key];
+    if (next === undefined) return false;
+    const left = this.u.valToPos(times[Math.max(0, Math.min(next, last))], 'x');
+    this.u.setCursor({left: Math.max(0, Math.min(left, this.u.over.clientWidth - 1)), top: 1});
+    return true;
+  }
+
+  get #reading() {
+    const at = this.u.cursor.idx;
+    const values = this.spec.series.map((series, n) => `${series.label} ${this.values[n].textContent}`);
+    return `${this.spec.title} at ${fixed(this.data[0][at] ?? 0, 1)} s: ${values.join(', ')} ${this.spec.unit}`;
   }
 
   destroy() {

@@ -16,6 +16,7 @@ const kKeys = [
   ['k', 'k', 'pause the plots, or follow again'],
   ['+', '+', 'zoom the plots in'],
   ['-', '-', 'zoom the plots out'],
+  ['Arrows', '← →', 'on a plot: cursor; on the scene: turn'],
   ['e', 'e', 'save the time shown as CSV'],
   ['0', '0', 'view: source and sensors'],
   ['1', '1', 'view from above'],

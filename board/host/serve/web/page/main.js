@@ -39,6 +39,9 @@ const plots = new Plots(element('plots'), {
   edit: index => plotDialog.open(index),
   pick: t => {
     if (page.playback) playback.seek(t);
+  },
+  read: text => {
+    element('reading').textContent = text;
   }
 });
 const plotDialog = new PlotDialog(() => {
@@ -51,6 +54,7 @@ const tools = new Tools(element('tools'), say);
 const playback = new Playback(tools.recordings, showMode, say);
 const tour = page.tour = new Tour(element('tour'), request => ask(request, true), beginStep);
 const kLegendGap = 16;  // pixels
+const kAreaMs = 500;
 const work = page.work = new Work();
 let sceneRequested = false;
 let isFitted = false;  // the camera shows this run
@@ -140,8 +144,15 @@ const knownPositions = () => [...page.shown.values()].map(tracked => tracked.new
 /// Positions on the trails.
 const recentPositions = () => [...page.scene.sensors.values()].flatMap(({trail}) => trail.points.filter((_, n) => n % 20 === 0).map(({p}) => p));
 
-/// Part of the scene that no text covers.
+let area = null, areaMs = 0;
+/// Part of the scene that no text covers. Measured rarely, because the browser then computes the layout.
 function freeArea() {
+  if (!area || performance.now() - areaMs > kAreaMs) area = measureArea();
+  return area;
+}
+
+function measureArea() {
+  areaMs = performance.now();
   const {clientWidth: width, clientHeight: height} = element('scene');
   const numbers = element('numbers'), legend = element('legend');
   const top = (numbers.offsetTop + numbers.offsetHeight) / height, bottom = 1 - (legend.offsetHeight + kLegendGap) / height;

@@ -8,12 +8,14 @@ const kFastMs = 60, kSlowMs = 1000;  // shortest and longest time between two dr
 const kLeastHeight = 92, kMostHeight = 420;
 
 export class Plots {
-  /// changed(): called when the charts pause or resume. edit(index): the user wants to change a plot. pick(t): the user chose a time.
-  constructor(parent, {changed, edit, pick}) {
+  /// changed(): called when the charts pause or resume. edit(index): the user wants to change a plot. pick(t): the user chose a
+  /// time. read(text): values for a screen reader.
+  constructor(parent, {changed, edit, pick, read}) {
     this.parent = parent;
     this.changed = changed;
     this.edit = edit;
     this.pick = pick;
+    this.read = read;
     this.whole = null;   // {from, to} of a recording, which is shown instead of the newest poses
     this.frozen = null;  // {from, to} in s on the axis of the history; null: follows
     this.range = [-settings.window_s, 0];
@@ -36,6 +38,7 @@ export class Plots {
       },
       reset: () => this.follow(),
       edit: index => this.edit(index),
+      read: text => this.read(text),
       pick: t => {
         if (!this.selected) this.pick(this.origin + t);
         this.selected = false;
@@ -109,7 +112,7 @@ export class Plots {
     const {from, to} = this.shown;
     this.range = [from - this.origin, to - this.origin];
     this.bands = bands(history, from, to, this.whole ? history.end : now).map(band => ({...band, from: band.from - this.origin, to: band.to - this.origin}));
-    const count = Math.max(100, this.parent.clientWidth);
+    const count = Math.max(100, this.width);
     for (const chart of this.charts) {
       const [times, ...values] = decimate(history, from, to, count, chart.spec.series);
       chart.setData([times.map(t => t - this.origin), ...chart.spec.deviation ? this.#deviations(history, chart.spec.series, values) : values]);
@@ -132,10 +135,11 @@ export class Plots {
   }
 
   /// Interval between two drawings: the time in which the curves move by one pixel.
-  #interval() { return Math.max(kFastMs, Math.min(1000 * settings.window_s / Math.max(1, this.parent.clientWidth), kSlowMs)); }
+  #interval() { return Math.max(kFastMs, Math.min(1000 * settings.window_s / Math.max(1, this.width), kSlowMs)); }
 
   #resize() {
-    const width = Math.max(120, this.parent.clientWidth - 8);
+    this.width = this.parent.clientWidth;
+    const width = Math.max(120, this.width - 8);
     const height = Math.max(kLeastHeight, Math.floor((this.parent.clientHeight - 4) / this.charts.length) - 4);
     for (const chart of this.charts) chart.setSize(width, Math.min(height, kMostHeight));
     this.drawnMs = 0;

@@ -6,7 +6,7 @@ import {fieldLines} from './field_lines.js';
 import {HemisphereView} from './hemisphere_view.js';
 import {palette} from './palette.js';
 import {SensorView} from './sensor_view.js';
-import {dispose, label, triad} from './triad.js';
+import {dispose, keepLegible, label, triad} from './triad.js';
 
 export const kGrid_mm = 100;
 const kGridSize_m = 2;
@@ -38,7 +38,7 @@ export class Scene {
     let drawnMs = 0;
     this.renderer.setAnimationLoop(() => {
       const ms = performance.now();
-      if (!this.stale || canvas.clientHeight === 0) return;
+      if (!this.stale || this.height === 0) return;
       this.view.ease(Math.min(0.1, (ms - drawnMs) / 1000));
       drawnMs = ms;
       this.draw();
@@ -110,11 +110,13 @@ export class Scene {
   draw() {
     this.stale = this.view.goal !== null;
     for (const view of this.sensors.values()) view.updateTrails(this.background);
+    keepLegible(this.scene, this.view.camera, this.height);
     this.renderer.render(this.scene, this.view.camera);
   }
 
   #resize() {
     const {clientWidth: width, clientHeight: height} = this.canvas;
+    this.height = height;
     if (width === 0 || height === 0) return;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);

@@ -4,6 +4,7 @@ const kFrames = 120;
 export class Work {
   #pending = 0;
   frames = [];  // ms of script of the newest frames
+  count = 0;    // of all frames
 
   /// ms: time of a part of the present frame.
   spend(ms) { this.#pending += ms; }
@@ -21,6 +22,7 @@ export class Work {
   /// The frame ends with the drawing of the scene, which took ms.
   end(ms) {
     this.frames.push(this.#pending + ms);
+    ++this.count;
     this.#pending = 0;
     if (this.frames.length > kFrames) this.frames.shift();
   }
