@@ -65,7 +65,9 @@ export function take(values, added) {
   ++page.poses;
   const tracked = page.sensors.get(pose.sensor);
   const before = tracked.newest;
-  if (pose.names.includes('stale') && before) {  // it repeats an earlier pose
+  // A stale pose repeats an earlier one, unless the device measures that there is no sensor.
+  const stale = pose.names.includes('stale') && !(pose.names.includes('no_sensor') && pose.time_s > (before?.time_s ?? -Infinity));
+  if (stale && before) {
     tracked.newest = {...pose, t: before.t};
     return {tracked, begins: true, fresh: false};
   }
@@ -76,5 +78,5 @@ export function take(values, added) {
   tracked.newest = {...pose, t};
   tracked.heardMs = heard;
   tracked.wasTracked ||= pose.valid;
-  return {tracked, begins, fresh: !pose.names.includes('stale')};
+  return {tracked, begins, fresh: !stale};
 }
