@@ -1,6 +1,6 @@
 // Plots, settings and layout of the live page, with generated poses.
 const fs = require('fs');
-const {openPage, save, text} = require('./page_check.cjs');
+const {openPage, save, text, whileSending} = require('./page_check.cjs');
 const {sample} = require('./scripted_server.cjs');
 
 const kStep_ms = 1000 / 240;
@@ -69,14 +69,18 @@ async function pauseAndZoom(page, server, wait, check) {
 /// A circle of 0.15 m, once a second, with +-0.05 mm of noise along x.
 async function figures(page, server, wait, check) {
   const t0 = 1.75e12;
-  for (let n = 0; n < 480; ++n) {
-    const angle = 2 * Math.PI * n / 240;
-    server.send([sample(0, t0 + n * kStep_ms, [0.5 + 0.15 * Math.cos(angle) + (n % 2 ? 5e-5 : -5e-5), 0.15 * Math.sin(angle), 0.1])]);
-  }
-  await wait(() => {
+  let n = 0;
+  const send = () => {
+    for (const end = n + 240; n < end; ++n) {
+      const angle = 2 * Math.PI * n / 240;
+      server.send([sample(0, t0 + n * kStep_ms, [0.5 + 0.15 * Math.cos(angle) + (n % 2 ? 5e-5 : -5e-5), 0.15 * Math.sin(angle), 0.1])]);
+    }
+  };
+  send();
+  await whileSending(send, () => wait(() => {
     const number = id => Number(document.getElementById(id).textContent);
     return number('rate') === 240 && number('latency') === 4 && number('jitter') > 0.045 && number('jitter') < 0.07;
-  });
+  }));
   check(true, `rate and latency, and a jitter without the motion: ${await text(page, '#jitter')} mm`);
 }
 

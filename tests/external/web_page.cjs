@@ -5,6 +5,7 @@ const fs = require('fs');
 const http = require('http');
 const os = require('os');
 const path = require('path');
+const {gzipSync} = require('zlib');
 const parts = ['page_states', 'page_tour', 'page_view', 'page_plots', 'page_layout', 'page_work', 'page_access', 'page_trouble'].map(name => require(`./${name}.cjs`));
 const [modules, program, pictures] = process.argv.slice(2);
 const {chromium} = require(path.join(modules, 'node_modules', 'playwright-core'));
@@ -137,7 +138,7 @@ async function main() {
   try {
     const html = (await request(server.url, {})).text;
     const size = Buffer.byteLength(html);
-    check(size < 1e6, `the page has ${size} bytes, less than a million`);
+    check(size < 1e6 && gzipSync(html).length < 1e6 / 4, `the page has ${size} bytes, compressed ${gzipSync(html).length}`);
     await refuseStrangers(server.url, server.controls);
 
     const page = await newPage(browser, {viewport: {width: 1280, height: 800}});
