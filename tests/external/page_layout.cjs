@@ -5,11 +5,12 @@ const {sample} = require('./scripted_server.cjs');
 const kRate = 100;
 const kSeconds = 20;
 
-function recording() {
+/// shift: seconds that the recording begins later; raised: of y, in m.
+function recording(shift = 0, raised = 0) {
   const lines = ['{"name":"take","started":"","complete":true}'];
   for (let n = 0; n <= kSeconds * kRate; ++n) {
     const t = n / kRate;
-    lines.push(JSON.stringify(sample(0, 1000 * t, [0.5 + 0.001 * Math.sin(t), 0.2 + 0.1 * Math.sin(t), 0.01 * t])));
+    lines.push(JSON.stringify(sample(0, 1000 * (t + shift), [0.5 + 0.001 * Math.sin(t), 0.2 + raised + 0.1 * Math.sin(t), 0.01 * t])));
   }
   return lines.join('\n') + '\n';
 }
@@ -20,6 +21,7 @@ const mark = (page, names) => page.evaluate(names => {
 }, names);
 
 async function arrange(page, wait, check, pictures) {
+  await page.evaluate(() => window.tricoil.plots.freeze(1.7e9, 1.7e9 + 5));  // the poses stay in the time shown
   check((await layout(page)).length === 6 && (await layout(page))[0] === 'position: x y z', 'the default has six plots');
   await page.click('#plots figure:first-child figcaption button');
   await page.click('#plot_split');
@@ -53,24 +55,26 @@ async function arrange(page, wait, check, pictures) {
   }
 }
 
-const nowLine = page => page.evaluate(() => {
+/// Waits until the line of the time is at `share` of the width of the plots.
+const lineAt = (wait, share) => wait(share => {
   const line = document.querySelector('#plots .now'), plot = line.parentElement.getBoundingClientRect();
-  return line.hidden ? null : (line.getBoundingClientRect().left + 1 - plot.left) / plot.width;
-});
+  return !line.hidden && Math.abs((line.getBoundingClientRect().left + 1 - plot.left) / plot.width - share) < 0.03;
+}, share);
 
 async function timeLine(page, wait, check, pictures) {
   await page.keyboard.press('t');
   check(await page.isVisible('#tools') && await page.isVisible('#plots canvas') && await page.isVisible('#scene'), 'the tools open beside the plots');
   await page.getByRole('button', {name: 'Play'}).first().click();
   await wait(() => window.tricoil.playback?.t > 0.2);
-  await page.keyboard.press(' ');
+  await page.click('#play');
   await wait(() => !window.tricoil.playback.playing && window.tricoil.plots.range[1] > 19);
   check((await page.evaluate(() => [...window.tricoil.plots.range])).join() === `0,${kSeconds}`, 'the plots show the whole recording');
   const box = await page.locator('.u-over').first().boundingBox();
   await page.mouse.click(box.x + 0.75 * box.width, box.y + 20);
   await page.mouse.move(0, 0);
   await wait(() => Math.abs(window.tricoil.playback.t - 15) < 0.2);
-  check(Math.abs(await nowLine(page) - 0.75) < 0.02, `a click on a plot leads to its time, where the line is: ${await text(page, '#play_time')}`);
+  await lineAt(wait, 0.75);
+  check(true, `a click on a plot leads to its time, where the line is: ${await text(page, '#play_time')}`);
   const y = await page.evaluate(() => Number(document.querySelector('figcaption .key:nth-of-type(2) output').textContent.replace('−', '-')));
   const t = await page.evaluate(() => window.tricoil.playback.t);
   check(Math.abs(y - 200 - 100 * Math.sin(t)) < 4, `the plots read the values at the line: y ${y} mm`);
@@ -81,10 +85,36 @@ async function timeLine(page, wait, check, pictures) {
   await page.mouse.up();
   await page.mouse.move(0, 0);
   await wait(() => window.tricoil.plots.range[1] - window.tricoil.plots.range[0] < 9);
-  check(Math.abs(await page.evaluate(() => window.tricoil.playback.t) - t) < 1e-6 && Math.abs(await nowLine(page) - 0.625) < 0.03, 'a zoom leaves the time as it is');
+  await lineAt(wait, 0.625);
+  check(Math.abs(await page.evaluate(() => window.tricoil.playback.t) - t) < 1e-6, 'a zoom leaves the time as it is');
   await page.click('#pause');
   await wait(() => window.tricoil.plots.range[1] > 19);
   check(true, 'a button shows the whole recording again');
+}
+
+async function beside(page, wait, check, pictures) {
+  const row = page.locator('tr', {has: page.getByRole('cell', {name: 'take two', exact: true})});
+  await row.getByRole('button', {name: 'Beside'}).click();
+  await wait(() => window.tricoil.playback?.beside === 'take two' && window.tricoil.plots.charts[0].spec.series.length === 6 && window.tricoil.plots.charts[0].data[0].length > 100);
+  const {own, other} = await page.evaluate(() => {
+    const {data: [times, , y, , , otherY]} = window.tricoil.plots.charts[0];
+    const near = (values, t) => values.filter((v, n) => Math.abs(times[n] - t) < 0.1).filter(Number.isFinite)[0];
+    return {own: near(y, 4), other: near(otherY, 4)};
+  });
+  check(Math.abs(other - own - 30) < 3, `a second recording is beside the first, from the same start: y ${own.toFixed(1)} and ${other.toFixed(1)} mm`);
+  check(
+      await page.evaluate(() => [...window.tricoil.scene.sensors.values()].filter(({triad}) => triad.visible).length) === 2 && await page.isVisible('#sensor') && await page.locator('#sensor').innerText() === '1\nB1',
+      'both sensors are in the scene, and each can be chosen');
+  await wait(() => /take one, beside take two/.test(document.querySelector('#play_name').textContent));
+  check(true, 'the page names both');
+  await save(page, pictures, 'beside');
+  await row.getByRole('button', {name: 'Play'}).click();
+  await wait(() => window.tricoil.playback?.name === 'take two' && window.tricoil.plots.charts[0].spec.series.length === 3);
+  check(await page.evaluate(() => window.tricoil.playback.sensors.size) === 1, 'another recording is shown alone');
+  await page.getByRole('button', {name: 'Play', exact: true}).first().click();
+  await wait(() => window.tricoil.playback?.name === 'take one' && window.tricoil.playback.t > 1);
+  await page.click('#play');
+  await wait(() => !window.tricoil.playback.playing);
 }
 
 async function link(browser, server, page, wait, check) {
@@ -136,7 +166,8 @@ async function longRecording(page, wait, check) {
   const began = Date.now();
   await page.locator('tr', {has: page.getByRole('cell', {name: 'long', exact: true})}).getByRole('button', {name: 'Play'}).click();
   await wait(() => window.tricoil.playback?.name === 'long');
-  check(/only the first 500000 poses are/i.test(await text(page, '#play_name')), `a long recording is played as far as it goes, after ${Date.now() - began} ms: ${await text(page, '#play_name')}`);
+  await wait(() => /only the first 500000 poses are/i.test(document.querySelector('#play_name').textContent));
+  check(true, `a long recording is played as far as it goes, after ${Date.now() - began} ms: ${await text(page, '#play_name')}`);
   await wait(() => window.tricoil.plots.range[1] > 2000);
   await page.keyboard.press('Escape');
 }
@@ -147,7 +178,7 @@ module.exports = async function pageLayout(browser, html, check, pictures) {
     for (let n = 0; n < 500_001; ++n) lines.push(`[0,${Math.round(n * 1e6 / 240)},${n},0,1,0.${400 + n % 100},0,0.1,1,0,0,0,1e-8,0,0,4e-8,0,4e-8,0.2,0.3,0.1,60]`);
     return lines.join('\n') + '\n';
   };
-  const recordings = {'take one': recording(), 'long': long(), 'none': {status: 422, answer: 'there is no recording of this name'}};
+  const recordings = {'take one': recording(), 'take two': recording(500, 0.03), 'long': long(), 'none': {status: 422, answer: 'there is no recording of this name'}};
   const {server, page, errors, wait, close} = await openPage(browser, html, {recordings});
   for (let n = 0; n < 500; ++n) server.send([sample(0, 1.7e12 + 10 * n, [0.5 + 0.001 * Math.sin(n / 50), 0.2 + 0.1 * Math.sin(n / 50), 0])]);
   await wait(() => window.tricoil.firstPictureMs && window.tricoil.poses === 500);
@@ -155,6 +186,7 @@ module.exports = async function pageLayout(browser, html, check, pictures) {
   server.send([sample(0, 1.7e12 + 6000, [0.4, 0, 0.1])]);
   await wait(() => window.tricoil.firstPictureMs);
   await timeLine(page, wait, check, pictures);
+  await beside(page, wait, check, pictures);
   await link(browser, server, page, wait, check);
   await truth(page, wait, check);
   await longRecording(page, wait, check);

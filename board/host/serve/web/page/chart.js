@@ -10,6 +10,7 @@ const kBandColors = {
   3: 'muted'
 };
 const kCursorSteps = 50;  // of a key, over the time shown
+const kNear = 20;  // points
 const kMostAxes = 2;  // further units have scales without an axis
 const kHatch = 6;  // pixels between the lines of invalid poses
 
@@ -165,7 +166,10 @@ export class Chart {
     if (!this.data) return;
     const at = this.u.cursor.idx ?? this.nowIndex ?? this.data[0].length - 1;
     this.spec.series.forEach((series, n) => {
-      const value = this.data[n + 1][at];
+      const values = this.data[n + 1];
+      let from = at;  // the other recording has other times
+      while (values[from] === undefined && from > 0 && at - from < kNear) --from;
+      const value = values[from];
       const text = value === null || value === undefined ? '–' : fixed(value, series.digits);
       if (this.values[n].textContent !== text) this.values[n].textContent = text;
     });

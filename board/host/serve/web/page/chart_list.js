@@ -34,11 +34,12 @@ export function signals() {
 const unique = values => [...new Set(values)];
 
 /// Charts of the user's layout: [{index, title, unit, units, deviation, series, zero, limit}]. units: each has an axis. index: in
-/// settings.plots. hasTruth: with the error against the truth.
-export function chartList(hasTruth) {
+/// settings.plots. hasTruth: with the error against the truth. hasBeside: each signal also of a second recording, dashed.
+export function chartList(hasTruth, hasBeside) {
   const all = signals();
   return settings.plots.map((plot, index) => specOf(plot, index, plot.signals.filter(name => hasTruth || name !== 'true').map(name => all[name])))
-      .filter(spec => spec.series.length);
+      .filter(spec => spec.series.length)
+      .map(spec => hasBeside ? {...spec, series: [...spec.series, ...spec.series.map(one => ({...one, label: `B ${one.label}`, dash: [5, 4], beside: true}))]} : spec);
 }
 
 function specOf({deviation}, index, series) {

@@ -15,7 +15,7 @@ import {flags, learn} from './sample.js';
 import {Scene} from './scene.js';
 import {describe} from './scene_text.js';
 import {kScales, kUnits, onSystemTheme, set, settings} from './settings.js';
-import {page, take} from './state.js';
+import {besideOf, nameOf, page, take} from './state.js';
 import {showHealth, showRecording, showSource} from './status.js';
 import {connect} from './stream.js';
 import {Tools} from './tools.js';
@@ -59,10 +59,12 @@ const work = page.work = new Work();
 let sceneRequested = false;
 let isFitted = false;  // the camera shows this run
 
+const inOrder = () => [...page.shown.keys()].sort((a, b) => a - b);
+
 function listSensors() {
-  const numbers = [...page.shown.keys()].sort();
+  const numbers = inOrder();
   if (!numbers.includes(page.selected)) page.selected = numbers[0] ?? null;
-  element('sensor').replaceChildren(...numbers.map(n => new Option(String(n + 1), String(n), false, n === page.selected)));
+  element('sensor').replaceChildren(...numbers.map(n => new Option(nameOf(n), String(n), false, n === page.selected)));
   element('sensors').hidden = numbers.length < 2;
 }
 
@@ -98,7 +100,8 @@ function showChosen() {
   element('error_factor').textContent = `x${settings.error_scale}`;
   if (page.scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${settings.error_scale}`;
   const now = page.playback ? page.playback.t : tracked.now();
-  plots.draw(tracked.history, now, page.playback ? page.playback.from : plots.frozen ? plots.origin : now);
+  const beside = page.playback ? page.shown.get(besideOf(tracked.number))?.history ?? null : null;
+  plots.draw(tracked.history, now, page.playback ? page.playback.from : plots.frozen ? plots.origin : now, beside);
 }
 
 /// Moves the sensors in the scene to their newest poses.
@@ -292,15 +295,16 @@ function showMode() {
   document.body.dataset.mode = page.playback ? 'playback' : 'live';
   element('link').textContent = page.playback ? 'playback' : kLinkNames[page.link];
   element('playback').hidden = !page.playback;
-  if (document.body.dataset.shown !== String(page.playback?.name)) {
-    document.body.dataset.shown = String(page.playback?.name);
+  const shown = `${page.playback?.name} ${page.playback?.beside}`;
+  if (document.body.dataset.shown !== shown) {
+    document.body.dataset.shown = shown;
     plots.showRecording(page.playback && {from: page.playback.from, to: page.playback.to});
     listSensors();
     drawTrails();
     if (page.playback) {
       playback.paintStrip();
       resetView('free');
-      requestAnimationFrame(play);
+      if (playedMs === null) requestAnimationFrame(play);
     }
   }
   if (page.shown.size) placeSensors();
@@ -480,7 +484,7 @@ listen({
   '.': () => tour.move(1),
   ',': () => tour.move(-1),
   x: () => tour.toggle(),
-  n: () => select(next([...page.shown.keys()].sort(), page.selected)),
+  n: () => select(next(inOrder(), page.selected)),
   Escape: () => playback.leave()
 });
 

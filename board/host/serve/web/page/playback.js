@@ -48,7 +48,7 @@ export class Playback {
       const rows = answer.recordings.map(
           ({name, bytes, complete}) => make(
               'tr', {}, make('td', {}, name), make('td', {}, `${size(bytes)}${complete ? '' : ', incomplete'}`),
-              make('td', {}, make('button', {onclick: () => this.open(name)}, 'Play'))));
+              make('td', {}, make('button', {onclick: () => this.open(name)}, 'Play'), ' ', make('button', {className: 'beside', title: 'Show it beside the recording that plays', onclick: () => this.compare(name)}, 'Beside'))));
       if (rows.length === 0) return note('none yet');
       this.list.replaceChildren(...rows);
     } catch { note('Server not reachable.'); }
@@ -56,12 +56,30 @@ export class Playback {
 
   /// t: of the moment, in s since the start, that is shown; null: plays from the start.
   async open(name, t = null) {
+    const text = await this.#load(name);
+    if (text !== null) this.start(name, text, {t});
+  }
+
+  /// Shows a recording beside the one that plays.
+  async compare(name) {
+    const text = await this.#load(name);
+    if (text === null || !page.playback) return;
+    const {poses, errors} = parseRecording(text);
+    if (poses.length === 0) return this.say(`${name}: ${errors.join(' ')}`);
+    page.playback.compare(name, poses);
+    this.say(`${name} is dashed in the plots; its sensors are B1, B2 and so on. ${errors.join(' ')}`);
+    this.#showSpan();
+  }
+
+  /// Text of a recording; null if it cannot be read, which is said.
+  async #load(name) {
     this.say(`Loading ${name}.`);
     try {
       const response = await fetch(`recordings/${encodeURIComponent(name)}`, {headers: headers()});
-      if (!response.ok) return this.say((await response.json()).answer);
-      this.start(name, await response.text(), {t});
+      if (response.ok) return await response.text();
+      this.say((await response.json()).answer);
     } catch { this.say(`${name}: the server ended before the recording was complete.`); }
+    return null;
   }
 
   async openFile() {
@@ -83,10 +101,15 @@ export class Playback {
       this.seek(page.playback.from + t);
     }
     this.say(errors.length ? `${name}: ${errors.join(' ')}` : `Playing ${name}.`);
-    element('position').max = String(page.playback.to - page.playback.from);
     element('speed').value = '1';
+    this.#showSpan();
+  }
+
+  #showSpan() {
+    element('position').max = String(page.playback.to - page.playback.from);
     this.paintStrip();
     this.changed();
+    element('play').focus();
   }
 
   leave() {
@@ -133,7 +156,7 @@ export class Playback {
     player.advance(dt);
     element('play').textContent = player.playing ? 'Pause' : 'Play';
     element('play_time').textContent = `${clock(player.t - player.from)} / ${clock(player.to - player.from)}`;
-    element('play_name').textContent = player.name + (player.note ? ` ▲ ${player.note}` : '');
+    element('play_name').textContent = player.name + (player.beside ? `, beside ${player.beside}` : '') + (player.note ? ` ▲ ${player.note}` : '');
     if (document.activeElement !== element('position') || player.playing) element('position').value = String(player.t - player.from);
     element('position').setAttribute('aria-valuetext', `${(player.t - player.from).toFixed(1)} s`);
   }

@@ -1,4 +1,6 @@
 // Charts of one sensor on a common time axis, which follows the poses, or is paused at a selection.
+import uPlot from 'uplot';
+
 import {Chart} from './chart.js';
 import {chartList} from './chart_list.js';
 import {bands, decimate, difference, meanOf} from './decimate.js';
@@ -23,6 +25,7 @@ export class Plots {
     this.charts = [];
     this.origin = 0;
     this.hasTruth = false;
+    this.hasBeside = false;  // a second recording is shown
     this.drawnMs = 0;
     this.rebuild();
     new ResizeObserver(() => this.#resize()).observe(parent);
@@ -47,7 +50,7 @@ export class Plots {
         for (const chart of this.charts) chart.showValues();
       },
     };
-    this.charts = chartList(this.hasTruth).map(spec => new Chart(this.parent, spec, this, actions));
+    this.charts = chartList(this.hasTruth, this.hasBeside).map(spec => new Chart(this.parent, spec, this, actions));
     this.#resize();
     this.drawnMs = 0;
   }
@@ -89,8 +92,13 @@ export class Plots {
   }
 
   /// now: right edge of the charts, or a line in a recording. origin: the time that the axis calls 0; by default the right edge.
-  draw(history, now, origin = now) {
-    this.#drawCurves(history, now, origin);
+  /// beside: history of the same sensor in a second recording, or null.
+  draw(history, now, origin = now, beside = null) {
+    if (this.hasBeside !== (beside !== null)) {
+      this.hasBeside = beside !== null;
+      this.rebuild();
+    }
+    this.#drawCurves(history, now, origin, beside);
     if (document.hidden) return;
     for (const chart of this.charts) {
       chart.showNow(this.whole ? now - this.origin : null);
@@ -98,7 +106,7 @@ export class Plots {
     }
   }
 
-  #drawCurves(history, now, origin) {
+  #drawCurves(history, now, origin, beside) {
     if (!this.frozen) this.now = now;
     if (this.frozen && this.whole && this.before < now && now > this.frozen.to && this.before <= this.frozen.to) this.#turnPage();
     this.before = now;
@@ -112,11 +120,18 @@ export class Plots {
     const {from, to} = this.shown;
     this.range = [from - this.origin, to - this.origin];
     this.bands = bands(history, from, to, this.whole ? history.end : now).map(band => ({...band, from: band.from - this.origin, to: band.to - this.origin}));
-    const count = Math.max(100, this.width);
     for (const chart of this.charts) {
-      const [times, ...values] = decimate(history, from, to, count, chart.spec.series);
-      chart.setData([times.map(t => t - this.origin), ...chart.spec.deviation ? this.#deviations(history, chart.spec.series, values) : values]);
+      const tables = [history, beside].filter(Boolean).map(each => this.#curves(each, chart.spec));
+      chart.setData(tables.length > 1 ? uPlot.join(tables) : tables[0]);
     }
+  }
+
+  /// Times and values of one history for a chart.
+  #curves(history, spec) {
+    const {from, to} = this.shown;
+    const series = spec.series.filter(({beside}) => !beside);
+    const [times, ...values] = decimate(history, from, to, Math.max(100, this.width), series);
+    return [times.map(t => t - this.origin), ...spec.deviation ? this.#deviations(history, series, values) : values];
   }
 
   #deviations(history, series, values) {

@@ -1,12 +1,13 @@
 // Text alternative of the scene: what it shows, in words.
 import {fixed} from './readout.js';
 import {kUnits, settings} from './settings.js';
+import {nameOf} from './state.js';
 
 const kCalmMs = 1000;  // between two texts
 let shownMs = -kCalmMs;
 
 function sentenceOf({number, newest: pose}) {
-  const name = `Sensor ${number + 1}`;
+  const name = `Sensor ${nameOf(number)}`;
   if (!pose.valid) return `${name}: no valid pose.`;
   const unit = kUnits[settings.units];
   const length = mm => fixed(mm * unit.scale, unit.digits);

@@ -3,6 +3,7 @@ import {BufferAttribute, BufferGeometry, Color, Group, Line, LineDashedMaterial,
 
 import {drawnFactor, ellipsoidMesh} from './ellipsoid.js';
 import {errorColor, palette} from './palette.js';
+import {nameOf} from './state.js';
 import {Trail} from './trail.js';
 import {dispose, label, triad} from './triad.js';
 import {TruthView} from './truth_view.js';
@@ -34,7 +35,7 @@ export class SensorView {
       dispose(this.triad);
     }
     this.triad = triad(kBody_m, kAxes_m, kText_m);
-    this.name = label(String(this.number + 1), 1.2 * kText_m, palette.ink);
+    this.name = label(nameOf(this.number), 1.2 * kText_m, palette.ink);
     this.name.position.set(-kText_m, -kText_m, -kText_m);
     this.name.visible = false;
     this.triad.add(this.name);

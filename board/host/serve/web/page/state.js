@@ -5,6 +5,11 @@ import {decode} from './sample.js';
 import {settings} from './settings.js';
 import {Timeline} from './timeline.js';
 
+export const kBeside = 10;  // first number of the sensors of a second recording
+export const nameOf = number => number < kBeside ? String(number + 1) : `B${number - kBeside + 1}`;
+/// Number of the same sensor in the other recording.
+export const besideOf = number => number < kBeside ? number + kBeside : number - kBeside;
+
 /// Data of one sensor.
 export class TrackedSensor {
   constructor(number, most) {
