@@ -17,13 +17,19 @@ const smallTexts = page => page.evaluate(least => {
   return found;
 }, kLeastText_px);
 
-const smallTargets = page => page.$$eval('button, select, input:not([type=checkbox]), label:has(input[type=checkbox])', (parts, least) => parts.filter(part => part.checkVisibility()).map(part => [part, part.getBoundingClientRect()])
-    .filter(([, {width, height}]) => Math.min(width, height) < least).map(([part, {width, height}]) => `${part.id || part.textContent} ${width} x ${height}`), kLeastTarget_px);
+const smallTargets = page => page.$$eval(
+    'button, select, input:not([type=checkbox]), label:has(input[type=checkbox])',
+    (parts, least) => parts.filter(part => part.checkVisibility())
+                          .map(part => [part, part.getBoundingClientRect()])
+                          .filter(([, {width, height}]) => Math.min(width, height) < least)
+                          .map(([part, {width, height}]) => `${part.id || part.textContent} ${width} x ${height}`),
+    kLeastTarget_px);
 
 /// Counts what a screen reader would speak.
 const listen = page => page.evaluate(() => {
   window.spoken = [];
-  const live = [...document.querySelectorAll('output, [role=status], [role=alert], [aria-live]')].filter(part => part.getAttribute('aria-live') !== 'off');
+  const live =
+      [...document.querySelectorAll('output, [role=status], [role=alert], [aria-live]')].filter(part => part.getAttribute('aria-live') !== 'off');
   const watch = new MutationObserver(changes => {
     for (const {target} of changes) {
       const part = live.find(part => part.contains(target));
@@ -37,20 +43,28 @@ module.exports = async function pageAccess(browser, html, check) {
   for (const [width, height] of [[1400, 900], [390, 844]]) {
     const {server, page, errors, wait, close} = await openPage(browser, html, {viewport: {width, height}});
     let now = 1.7e12, x = 0.4, more = {}, health = 0;
-    const sending = () => server.send([sample(0, now += 100, [x += 1e-3, 0, 0.1], more)], {health: {warning: '', missing_percent: ++health % 3 / 10, temperature_c: 40 + health % 4}});
+    const sending = () => server.send(
+        [sample(0, now += 100, [x += 1e-3, 0, 0.1], more)],
+        {health: {warning: '', missing_percent: ++health % 3 / 10, temperature_c: 40 + health % 4}});
     const during = wait => whileSending(sending, wait);
     await during(() => wait(() => window.tricoil.firstPictureMs && document.querySelector('#announcement').textContent));
     const labels = await page.evaluate(() => {
       const {scene} = window.tricoil, heights = [];
       scene.scene.traverse(part => {
-        if (part.isSprite) heights.push(part.scale.y * scene.height / (2 * Math.tan(scene.view.camera.fov * Math.PI / 360) * part.getWorldPosition(part.position.clone()).distanceTo(scene.view.camera.position)));
+        if (part.isSprite)
+          heights.push(
+              part.scale.y * scene.height /
+              (2 * Math.tan(scene.view.camera.fov * Math.PI / 360) *
+               part.getWorldPosition(part.position.clone()).distanceTo(scene.view.camera.position)));
       });
       return Math.min(...heights);
     });
     check(labels > 17, `${width}: the letters of the scene have 12 px: labels of ${labels.toFixed(0)} px`);
     for (const pane of width < 901 ? ['scene', 'plots', 'tools', 'controls'] : [null]) {
-      if (pane) await during(() => page.click(`#tabs [data-pane=${pane}]`));
-      else await page.keyboard.press('t');
+      if (pane)
+        await during(() => page.click(`#tabs [data-pane=${pane}]`));
+      else
+        await page.keyboard.press('t');
       const texts = await smallTexts(page), targets = await smallTargets(page);
       check(texts.length === 0, `${width} ${pane ?? ''}: no text is smaller than ${kLeastText_px} px ${texts}`);
       check(targets.length === 0, `${width} ${pane ?? ''}: no target is smaller than ${kLeastTarget_px} px ${targets}`);
@@ -75,7 +89,9 @@ module.exports = async function pageAccess(browser, html, check) {
     more = {flags: ['low_signal']};
     await during(() => wait(() => /too weak/.test(document.querySelector('#announcement').textContent)).then(() => page.waitForTimeout(1500)));
     const spoken = await page.evaluate(() => window.spoken.filter(text => !/^announcement: (?!.*too weak)/.test(text)));
-    check(spoken.length === 1 && /^announcement: Sensor 1: not usable. Signal too weak/.test(spoken[0]), `${width}: a change of the quality is read once: ${spoken}`);
+    check(
+        spoken.length === 1 && /^announcement: Sensor 1: not usable. Signal too weak/.test(spoken[0]),
+        `${width}: a change of the quality is read once: ${spoken}`);
     check(errors.length === 0, `no errors in the page ${errors.join('; ')}`);
     await close();
   }

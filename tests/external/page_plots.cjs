@@ -42,9 +42,9 @@ async function pauseAndZoom(page, server, wait, check) {
   const box = await page.locator('.u-over').first().boundingBox();
   /// Position of the n-th pose on the screen.
   const place = n => page.evaluate(time => {
-    const {from, to} = window.tricoil.plots.shown;
-    return (time - from) / (to - from);
-  }, (kStart_ms + n * kStep_ms) / 1000).then(share => box.x + share * box.width);
+                           const {from, to} = window.tricoil.plots.shown;
+                           return (time - from) / (to - from);
+                         }, (kStart_ms + n * kStep_ms) / 1000).then(share => box.x + share * box.width);
   await page.mouse.move(await place(9200), box.y + 20);
   const values = await page.$$eval('figcaption output', outputs => outputs.map(output => output.textContent));
   check(values.filter(value => value !== '–').length === values.length, `the cursor reads all plots: ${values.join(' ')}`);
@@ -78,9 +78,9 @@ async function figures(page, server, wait, check) {
   };
   send();
   await whileSending(send, () => wait(() => {
-    const number = id => Number(document.getElementById(id).textContent);
-    return number('rate') === 240 && number('latency') === 4 && number('jitter') > 0.045 && number('jitter') < 0.07;
-  }));
+                             const number = id => Number(document.getElementById(id).textContent);
+                             return number('rate') === 240 && number('latency') === 4 && number('jitter') > 0.045 && number('jitter') < 0.07;
+                           }));
   check(true, `rate and latency, and a jitter without the motion: ${await text(page, '#jitter')} mm`);
 }
 

@@ -120,7 +120,8 @@ async function troubles(browser, html, check, pictures) {
       present = {flags: ['no_sensor', 'stale']};
       await wait(() => window.tricoil.newest.names.join() === 'no_sensor,stale' && window.tricoil.link === 'live');
       check(/No sensor found/.test(await text(page, '#reason')), 'a sensor that is unplugged for long is not taken for a silent device');
-      const numbers = () => page.$$eval('#numbers dd:not([data-unit]), #jitter, #snr, #expected, #distortion', parts => parts.map(part => part.textContent).join(' '));
+      const numbers = () =>
+          page.$$eval('#numbers dd:not([data-unit]), #jitter, #snr, #expected, #distortion', parts => parts.map(part => part.textContent).join(' '));
       await wait(() => document.querySelector('#snr').textContent === '–');
       check(!/\d/.test(await numbers()), `beside "No sensor found" there is no number: ${await numbers()}`);
     }

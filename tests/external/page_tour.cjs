@@ -21,8 +21,8 @@ const drawn = page => page.evaluate(() => {
 
 async function steps(browser, html, check, pictures) {
   const {server, page, errors, wait, close} = await openPage(browser, html, {viewport: {width: 640, height: 480}});
-  const greet = (more = {}) =>
-      server.write(`data: ${JSON.stringify({hello: {...hello, source: {kind: 'simulation', tour: kSteps}, ...more}, status: running, poses: []})}\n\n`);
+  const greet = (more = {}) => server.write(
+      `data: ${JSON.stringify({hello: {...hello, source: {kind: 'simulation', tour: kSteps}, ...more}, status: running, poses: []})}\n\n`);
   let now = 1.7e12;
   let tour = null;
   /// An event with poses of 1.5 s whose error is `mm`.
@@ -125,7 +125,9 @@ async function demo(browser, check, program) {
     check(without > 1 && compensated < 0.2 * without, `the demo's motion error falls from ${without} mm to ${compensated} mm`);
     check(await text(page, '#source') === 'simulation', 'the demo is a simulation');
     await page.close();
-  } finally { child.kill('SIGKILL'); }
+  } finally {
+    child.kill('SIGKILL');
+  }
 }
 
 module.exports = async function pageTour(browser, html, check, pictures, program) {

@@ -60,7 +60,9 @@ async function errorsAndAxes(browser, html, check) {
   const before = await reach();
   more = {covariance: [1e-6, 0, 0, 4e-6, 0, 4e-6]};
   await during(() => wait(() => window.tricoil.newest.covariance[0] === 1e-6));
-  check(Math.abs(await reach() / before - 10) < 1e-3 && /drawn x10$/.test(await text(page, '#ellipsoid')), 'an ellipsoid of ten times the deviation is ten times as large');
+  check(
+      Math.abs(await reach() / before - 10) < 1e-3 && /drawn x10$/.test(await text(page, '#ellipsoid')),
+      'an ellipsoid of ten times the deviation is ten times as large');
   await during(async () => {
     await page.selectOption('#error_scale', '50');
     await wait(() => /drawn x50$/.test(document.querySelector('#ellipsoid').textContent));
@@ -70,7 +72,9 @@ async function errorsAndAxes(browser, html, check) {
   const height = () => page.evaluate(() => window.tricoil.scene.view.camera.position.z);
   check(/z points down/.test(await text(page, '#axis')) && await height() < 0, 'the page says that z points down');
   await during(() => page.selectOption('#up', 'up'));
-  check(/z points up/.test(await text(page, '#axis')) && await height() > 0 && await page.evaluate(() => window.tricoil.newest.position_m[2]) === 0.1, 'z can point up; the numbers stay');
+  check(
+      /z points up/.test(await text(page, '#axis')) && await height() > 0 && await page.evaluate(() => window.tricoil.newest.position_m[2]) === 0.1,
+      'z can point up; the numbers stay');
   check(await page.evaluate(() => window.tricoil.scene.field.children.length) === 0, 'without a demo there are no field lines at first');
   server.write(`data: ${JSON.stringify({hello: {...hello, source: {kind: 'simulation', tour: kTour}}, status: running, poses: []})}\n\n`);
   more = {tour: {step: 0, compensated: true}};
@@ -88,8 +92,12 @@ async function errorsAndAxes(browser, html, check) {
   await page.keyboard.press('+');
   const nearer = await camera();
   const move = (a, b) => Math.hypot(...a.map((v, k) => v - b[k]));
-  check(move(old, turned) > 0.05 && move(turned, nearer) > 0.05 && await page.getAttribute('#pause', 'aria-pressed') === 'false', 'keys turn and zoom the scene');
-  await during(() => wait(() => /Sensor 1: x 400.0, y 0.0, z 100.0 mm, 412.3 from the source, expected error/.test(document.querySelector('#scene').ariaLabel)));
+  check(
+      move(old, turned) > 0.05 && move(turned, nearer) > 0.05 && await page.getAttribute('#pause', 'aria-pressed') === 'false',
+      'keys turn and zoom the scene');
+  await during(
+      () =>
+          wait(() => /Sensor 1: x 400.0, y 0.0, z 100.0 mm, 412.3 from the source, expected error/.test(document.querySelector('#scene').ariaLabel)));
   check(true, `the scene has a text: ${await page.getAttribute('#scene', 'aria-label')}`);
   const ms = await page.evaluate(() => window.tricoil.work.mean_ms);
   check(ms > 0, `the page counts its script: ${ms.toFixed(1)} ms a frame`);  // depends on the machine, so printed but not checked
@@ -101,13 +109,19 @@ async function narrow(browser, html, check, pictures) {
   const {server, page, errors, wait, close} = await openPage(browser, html, {viewport: {width: 390, height: 844}});
   let now = 1.7e12;
   const during = wait => whileSending(() => server.send([sample(0, now += 100, kPlaces_m[0])], {controls: 'token'}), wait);
-  await during(() => wait(() => window.tricoil.firstPictureMs && document.body.dataset.quality === 'good' && document.querySelector('#access').textContent));
+  await during(
+      () => wait(() => window.tricoil.firstPictureMs && document.body.dataset.quality === 'good' && document.querySelector('#access').textContent));
   /// Parts that are not wholly on the screen.
-  const cut = selector => page.$$eval(selector, parts => parts.filter(part => part.checkVisibility()).map(part => [part, part.getBoundingClientRect()])
-      .filter(([, {left, right, top, bottom}]) => left < 0 || right > innerWidth || top < 0 || bottom > innerHeight).map(([part]) => part.id || part.textContent));
+  const cut = selector => page.$$eval(
+      selector,
+      parts => parts.filter(part => part.checkVisibility())
+                   .map(part => [part, part.getBoundingClientRect()])
+                   .filter(([, {left, right, top, bottom}]) => left < 0 || right > innerWidth || top < 0 || bottom > innerHeight)
+                   .map(([part]) => part.id || part.textContent));
   for (const pane of ['scene', 'plots', 'tools', 'controls']) {
     await during(() => page.click(`#tabs [data-pane=${pane}]`));
-    const lost = await cut('#p0, #p2, #word, #reason, header button, #tabs button, nav button, nav select, #views button, #plot_bar button, #plot_bar select');
+    const lost =
+        await cut('#p0, #p2, #word, #reason, header button, #tabs button, nav button, nav select, #views button, #plot_bar button, #plot_bar select');
     check(lost.length === 0, `390, ${pane}: no button is cut, position and quality are above the fold ${lost}`);
     await save(page, pictures, `narrow-${pane}`);
   }
@@ -115,8 +129,15 @@ async function narrow(browser, html, check, pictures) {
   await during(() => page.click('#tabs [data-pane=plots]'));
   check(await page.isVisible('#plots canvas') && !await page.isVisible('#scene'), '390: one tap leads to the plots');
   await page.setViewportSize({width: 1400, height: 900});
-  const header = await page.$$eval('header > *', parts => parts.filter(part => part.checkVisibility() && part.offsetWidth).map(part => part.getBoundingClientRect()).map(({top, bottom, right}) => [(top + bottom) / 2, right]));
-  check(Math.max(...header.map(([y]) => y)) - Math.min(...header.map(([y]) => y)) < 12 && Math.max(...header.map(([, x]) => x)) <= 1400 && /read only/.test(await text(page, '#access')), '1400: the header is one line, with a long text too');
+  const header = await page.$$eval(
+      'header > *',
+      parts => parts.filter(part => part.checkVisibility() && part.offsetWidth)
+                   .map(part => part.getBoundingClientRect())
+                   .map(({top, bottom, right}) => [(top + bottom) / 2, right]));
+  check(
+      Math.max(...header.map(([y]) => y)) - Math.min(...header.map(([y]) => y)) < 12 && Math.max(...header.map(([, x]) => x)) <= 1400 &&
+          /read only/.test(await text(page, '#access')),
+      '1400: the header is one line, with a long text too');
   check(await page.isVisible('#plots canvas') && await page.isVisible('#scene'), '1400: scene and plots are beside each other');
   check(errors.length === 0, `no errors in the page ${errors.join('; ')}`);
   await close();

@@ -13,15 +13,15 @@ const kSource_m = 0.28, kSensor_m = 0.12;  // from the centre to the name of an 
 const kFitted = 0.85;                      // share of the free part of the picture that a fit fills
 const kRounds = 8, kFar_m = 4, kNear_m = 0.5;
 const kEase_s = 0.15;
-const kTurn_rad = 0.12, kZoom = 1.15;      // of one key
+const kTurn_rad = 0.12, kZoom = 1.15;  // of one key
 
 /// Corners of the space that an object at p needs.
-const around = (p, reach) => [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]].map(d => new Vector3(...p).addScaledVector(new Vector3(...d), reach));
+const around = (p, reach) => [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]].map(
+    d => new Vector3(...p).addScaledVector(new Vector3(...d), reach));
 
 export class CameraView {
   /// moved(): draw again. freeArea(): {left, right, top, bottom} of the picture without texts, 0 to 1. taken(): the user took the camera.
   constructor(canvas, {moved, freeArea, taken}) {
-    this.canvas = canvas;
     this.moved = moved;
     this.freeArea = freeArea;
     this.camera = new PerspectiveCamera(38, 1, 0.01, 50);
@@ -43,7 +43,6 @@ export class CameraView {
       event.stopPropagation();
       take();
     });
-    this.direction = new Vector3();
     this.setUp(-1);
   }
 
@@ -57,8 +56,8 @@ export class CameraView {
   /// One of kViews. fit() then moves the camera.
   turn(name) {
     const [x, y, height] = kViews[name];
-    this.direction.set(x, y, this.up * height).normalize();
-    this.#place(this.controls.target, this.direction, this.camera.position.distanceTo(this.controls.target) || 1);
+    const direction = new Vector3(x, y, this.up * height).normalize();
+    this.#place(this.controls.target, direction, this.camera.position.distanceTo(this.controls.target) || 1);
     this.controls.update();
   }
 
@@ -134,12 +133,15 @@ export class CameraView {
   #key(key) {
     const arm = this.camera.position.clone().sub(this.controls.target);
     const about = {ArrowLeft: 1, ArrowRight: -1}[key], above = {ArrowUp: 1, ArrowDown: -1}[key], nearer = {'+': 1 / kZoom, '-': kZoom}[key];
-    if (about) arm.applyAxisAngle(new Vector3(0, 0, this.up), about * kTurn_rad);
+    if (about)
+      arm.applyAxisAngle(new Vector3(0, 0, this.up), about * kTurn_rad);
     else if (above) {
       const side = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0);
       arm.applyAxisAngle(side, -above * kTurn_rad);
-    } else if (nearer) arm.multiplyScalar(nearer);
-    else return false;
+    } else if (nearer)
+      arm.multiplyScalar(nearer);
+    else
+      return false;
     this.camera.position.copy(this.controls.target).add(arm);
     this.controls.update();
     this.moved();

@@ -10,9 +10,8 @@ const kBandColors = {
   3: 'muted'
 };
 const kCursorSteps = 50;  // of a key, over the time shown
-const kNear = 20;  // points
-const kMostAxes = 2;  // further units have scales without an axis
-const kHatch = 6;  // pixels between the lines of invalid poses
+const kNear = 20;         // points
+const kHatch = 6;         // pixels between the lines of invalid poses
 
 function line(context, x0, y0, x1, y1) {
   context.beginPath();
@@ -77,8 +76,14 @@ export class Chart {
     const font = `${Math.max(12, Math.round(0.75 * size))}px system-ui, sans-serif`;
     const axis = {stroke: () => palette.muted, grid: {stroke: () => palette.grid, width: 1}, ticks: {show: false}, font};
     const numbers = (u, splits) => splits.map(v => v === null ? '' : String(Number(v.toPrecision(6))).replace('-', '−'));
-    const range = unit => (u, low, high) => spanOf(this.spec.zero, this.spec.series.find(series => series.unit === unit).digits, low, high);
+    const range = unit => (u, low, high) => spanOf(spec.zero, spec.series.find(series => series.unit === unit).digits, low, high);
     const scaleOf = unit => unit === spec.units[0] ? 'y' : `y ${unit}`;
+    const scales = spec.units.map(unit => [scaleOf(unit), {range: range(unit)}]);
+    const upright = {...axis, values: numbers, size: 3.6 * size, gap: 4, space: 1.4 * size};
+    const sides = [{side: 3}, {side: 1, grid: {show: false}}];  // left, right
+    const axes = spec.units.slice(0, sides.length).map((unit, n) => ({...upright, scale: scaleOf(unit), ...sides[n]}));
+    const curve = {width: 0.11 * size, points: {show: false}};
+    const curves = spec.series.map(({label, unit, color, dash}) => ({...curve, label, scale: scaleOf(unit), stroke: () => palette[color], dash}));
     this.u = new uPlot(
         {
           width: 300,
@@ -97,14 +102,10 @@ export class Chart {
               }
             }
           },
-          scales: {x: {time: false, range: () => plots.range}, ...Object.fromEntries(spec.units.map(unit => [scaleOf(unit), {range: range(unit)}]))},
+          scales: {x: {time: false, range: () => plots.range}, ...Object.fromEntries(scales)},
           // The lowest number of y reaches below the plot: the numbers of x keep clear of it.
-          axes: [{...axis, values: numbers, size: 1.7 * size, gap: 7}, ...spec.units.slice(0, kMostAxes).map((unit, n) => ({...axis, values: numbers, size: 3.6 * size, gap: 4, space: 1.4 * size, scale: scaleOf(unit), side: n === 0 ? 3 : 1, grid: {...axis.grid, show: n === 0}}))],
-          series: [
-            {},
-            ...spec.series.map(
-                series => ({label: series.label, scale: scaleOf(series.unit), stroke: () => palette[series.color], width: 0.11 * size, dash: series.dash, points: {show: false}}))
-          ],
+          axes: [{...axis, values: numbers, size: 1.7 * size, gap: 7}, ...axes],
+          series: [{}, ...curves],
           hooks: {
             drawClear: [u => drawBands(u, plots.bands)],
             draw: [u => {
@@ -155,8 +156,10 @@ export class Chart {
     let low = 0, high = times.length;
     while (low < high) {
       const middle = (low + high) >> 1;
-      if (times[middle] <= t) low = middle + 1;
-      else high = middle;
+      if (times[middle] <= t)
+        low = middle + 1;
+      else
+        high = middle;
     }
     return Math.max(0, low - 1);
   }

@@ -20,11 +20,8 @@ export function signals() {
     ...['x', 'y', 'z'].map(name => [name, name, name, position]),
     ...turn.names.map((label, n) => [`a${n}`, label, kAngleColors[settings.order][n], of('attitude', '°', 2, {wraps: true})]),
     ...['w', 'x', 'y', 'z'].map(part => [`q${part}`, `q ${part}`, part === 'w' ? 'muted' : part, of('quaternion', '', 4)]),
-    ['speed', 'speed', 'accent', of('speed', 'm/s', 3, {zero: true})],
-    ['sigma', 'sigma', 'muted', {...error, dash: [4, 3]}],
-    ['error', 'predicted', 'caution', error],
-    ['expected', 'expected', 'accent', error],
-    ['true', 'true', 'bad', error],
+    ['speed', 'speed', 'accent', of('speed', 'm/s', 3, {zero: true})], ['sigma', 'sigma', 'muted', {...error, dash: [4, 3]}],
+    ['error', 'predicted', 'caution', error], ['expected', 'expected', 'accent', error], ['true', 'true', 'bad', error],
     ['distortion', 'distortion', 'caution', of('distortion', 'mm', 2, {zero: true, limit: settings.limit_mm})],
     ['snr', 'S/N', 'accent', of('signal to noise', 'dB', 1)]
   ];
@@ -39,7 +36,10 @@ export function chartList(hasTruth, hasBeside) {
   const all = signals();
   return settings.plots.map((plot, index) => specOf(plot, index, plot.signals.filter(name => hasTruth || name !== 'true').map(name => all[name])))
       .filter(spec => spec.series.length)
-      .map(spec => hasBeside ? {...spec, series: [...spec.series, ...spec.series.map(one => ({...one, label: `B ${one.label}`, dash: [5, 4], beside: true}))]} : spec);
+      .map(
+          spec => hasBeside ?
+              {...spec, series: [...spec.series, ...spec.series.map(one => ({...one, label: `B ${one.label}`, dash: [5, 4], beside: true}))]} :
+              spec);
 }
 
 function specOf({deviation}, index, series) {

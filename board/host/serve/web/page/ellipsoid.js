@@ -48,6 +48,4 @@ export function cholesky([xx, xy, xz, yy, yz, zz]) {
 }
 
 /// Transform from the unit sphere to the ellipsoid, drawn `scale` times too large.
-export function drawnFactor(covariance, scale) {
-  return cholesky(covariance).map(v => Math.max(-kMost_m, Math.min(kSigmas * scale * v, kMost_m)));
-}
+export function drawnFactor(covariance, scale) { return cholesky(covariance).map(v => Math.max(-kMost_m, Math.min(kSigmas * scale * v, kMost_m))); }

@@ -175,9 +175,7 @@ function follow() {
 
 const metalPlaces = () => tour.metal.map(({position_m}) => position_m);
 
-function showFollowing() {
-  element('follow').setAttribute('aria-pressed', String(page.scene?.view.following ?? true));
-}
+function showFollowing() { element('follow').setAttribute('aria-pressed', String(page.scene?.view.following ?? true)); }
 
 function toggleFollow() {
   if (!page.scene) return;

@@ -48,10 +48,16 @@ export class Playback {
       const rows = answer.recordings.map(
           ({name, bytes, complete}) => make(
               'tr', {}, make('td', {}, name), make('td', {}, `${size(bytes)}${complete ? '' : ', incomplete'}`),
-              make('td', {}, make('button', {onclick: () => this.open(name)}, 'Play'), ' ', make('button', {className: 'beside', title: 'Show it beside the recording that plays', onclick: () => this.compare(name)}, 'Beside'))));
+              make(
+                  'td', {}, make('button', {onclick: () => this.open(name)}, 'Play'), ' ',
+                  make(
+                      'button', {className: 'beside', title: 'Show it beside the recording that plays', onclick: () => this.compare(name)},
+                      'Beside'))));
       if (rows.length === 0) return note('none yet');
       this.list.replaceChildren(...rows);
-    } catch { note('Server not reachable.'); }
+    } catch {
+      note('Server not reachable.');
+    }
   }
 
   /// t: of the moment, in s since the start, that is shown; null: plays from the start.
@@ -78,7 +84,9 @@ export class Playback {
       const response = await fetch(`recordings/${encodeURIComponent(name)}`, {headers: headers()});
       if (response.ok) return await response.text();
       this.say((await response.json()).answer);
-    } catch { this.say(`${name}: the server ended before the recording was complete.`); }
+    } catch {
+      this.say(`${name}: the server ended before the recording was complete.`);
+    }
     return null;
   }
 
@@ -143,7 +151,9 @@ export class Playback {
     try {
       await navigator.clipboard.writeText(location.href);
       this.say('Link to this moment copied.');
-    } catch { this.say('The address of this page leads to this moment.'); }
+    } catch {
+      this.say('The address of this page leads to this moment.');
+    }
   }
 
   #link() {

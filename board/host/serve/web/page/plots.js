@@ -119,7 +119,8 @@ export class Plots {
     if (!still || origin !== now) this.origin = origin;
     const {from, to} = this.shown;
     this.range = [from - this.origin, to - this.origin];
-    this.bands = bands(history, from, to, this.whole ? history.end : now).map(band => ({...band, from: band.from - this.origin, to: band.to - this.origin}));
+    this.bands =
+        bands(history, from, to, this.whole ? history.end : now).map(band => ({...band, from: band.from - this.origin, to: band.to - this.origin}));
     for (const chart of this.charts) {
       const tables = [history, beside].filter(Boolean).map(each => this.#curves(each, chart.spec));
       chart.setData(tables.length > 1 ? uPlot.join(tables) : tables[0]);

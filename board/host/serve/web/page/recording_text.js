@@ -70,9 +70,9 @@ function compact(value, has) {
   const optional = name => has(name) ? value(name) : 0;
   const error = name => has(name) ? value(name) : null;
   return [
-    value('sensor'), value('time_us'), value('time_us') / 1000, value('flags'), optional('state'), ...['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'].map(value), ...covariance,
-    error('predicted_error_mm'), error('expected_error_mm'), optional('distortion_mm'), optional('snr_db'),
-    ...has('true_x_m') ? [truthOf(value, has)] : []
+    value('sensor'), value('time_us'), value('time_us') / 1000, value('flags'), optional('state'),
+    ...['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'].map(value), ...covariance, error('predicted_error_mm'), error('expected_error_mm'),
+    optional('distortion_mm'), optional('snr_db'), ...has('true_x_m') ? [truthOf(value, has)] : []
   ];
 }
 

@@ -11,7 +11,13 @@ import {dispose, keepLegible, label, triad} from './triad.js';
 export const kGrid_mm = 100;
 const kGridSize_m = 2;
 const kMarks_m = [0.5, 1];  // labelled distances on the axes of the grid
-const kFieldAxes = {none: '', x: 'x', y: 'y', z: 'z', all: 'xyz'};
+const kFieldAxes = {
+  none: '',
+  x: 'x',
+  y: 'y',
+  z: 'z',
+  all: 'xyz'
+};
 
 export class Scene {
   /// freeArea(), taken(): of CameraView. measure(ms): time of a drawing.

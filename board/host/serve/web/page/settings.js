@@ -3,9 +3,8 @@ const kKey = 'tricoil';
 export const kUnits = {mm: {scale: 1, digits: 1}, cm: {scale: 0.1, digits: 2}, m: {scale: 0.001, digits: 4}, in: {scale: 1 / 25.4, digits: 3}};
 export const kScales = [1, 2, 5, 10, 20, 50, 100, 500];  // of ellipsoid and error
 /// Plots: names of signals (chart_list.js), as values or as deviations from their means over the time shown.
-export const kDefaultPlots =
-    [['x', 'y', 'z'], ['a0', 'a1', 'a2'], ['speed'], ['sigma', 'error', 'expected', 'true'], ['distortion'], ['snr']].map(
-        signals => ({signals, deviation: false}));
+export const kDefaultPlots = [['x', 'y', 'z'], ['a0', 'a1', 'a2'], ['speed'], ['sigma', 'error', 'expected', 'true'], ['distortion'], ['snr']].map(
+    signals => ({signals, deviation: false}));
 export const kMostPlots = 12;
 const kSignals =
     new Set(['x', 'y', 'z', 'a0', 'a1', 'a2', 'qw', 'qx', 'qy', 'qz', 'speed', 'sigma', 'error', 'expected', 'true', 'distortion', 'snr']);
@@ -39,7 +38,9 @@ function stored() {
 }
 
 const isLayout = plots => Array.isArray(plots) && plots.length > 0 && plots.length <= kMostPlots &&
-    plots.every(plot => Array.isArray(plot?.signals) && plot.signals.length > 0 && plot.signals.every(name => kSignals.has(name)) && typeof plot.deviation === 'boolean');
+    plots.every(
+        plot => Array.isArray(plot?.signals) && plot.signals.length > 0 && plot.signals.every(name => kSignals.has(name)) &&
+            typeof plot.deviation === 'boolean');
 
 function accepted(given) {
   const result = {...kDefaults};

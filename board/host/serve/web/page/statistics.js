@@ -21,7 +21,9 @@ function basis(n) {
     const v = Array.from({length: n}, (_, k) => (2 * k / (n - 1) - 1) ** degree);
     for (const other of made) {
       const along = dot(v, other);
-      other.forEach((u, k) => { v[k] -= along * u; });
+      other.forEach((u, k) => {
+        v[k] -= along * u;
+      });
     }
     const norm = Math.sqrt(dot(v, v));
     made.push(v.map(x => x / norm));

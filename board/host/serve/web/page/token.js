@@ -7,7 +7,7 @@ function adopt() {
   if (!given) return;
   sessionStorage.setItem(kKey, given);
   fields.delete(kKey);
-  history.replaceState(null, '', location.pathname + location.search + (fields.size ? `#${fields}` : ''));
+  history.replaceState(null, '', location.pathname + location.search + (String(fields) && `#${fields}`));
 }
 
 /// Returns null without a token.

@@ -19,7 +19,8 @@ export class Trail {
     this.geometry.setPositions(new Float32Array(6 * kMost));
     this.geometry.setColors(new Float32Array(6 * kMost));
     this.geometry.instanceCount = 0;
-    this.line = new LineSegments2(this.geometry, new LineMaterial({linewidth: width, vertexColors: true, transparent: opacity < 1, opacity, depthWrite: false}));
+    this.line = new LineSegments2(
+        this.geometry, new LineMaterial({linewidth: width, vertexColors: true, transparent: opacity < 1, opacity, depthWrite: false}));
     this.line.frustumCulled = false;
   }
 

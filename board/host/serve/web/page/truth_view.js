@@ -9,7 +9,7 @@ import {dispose, triad} from './triad.js';
 const kBody_m = 0.03, kAxes_m = 0.11;  // as those of the sensor
 const kRadius_m = 0.006, kHead_m = 0.03;
 const kShortest_m = 1e-3, kLongest_m = 3;  // of the arrow: others are not drawn
-const kGhost = 0.3;    // opacity
+const kGhost = 0.3;                        // opacity
 const kUp = new Vector3(0, 1, 0);
 
 export class TruthView {
