@@ -175,6 +175,7 @@ async function main() {
     if (pictures) await page.screenshot({path: path.join(pictures, 'desktop.png')});
 
     check(!page.url().includes('token'), 'the token is not in the address bar');
+    await page.waitForFunction(() => document.body.dataset.usable === 'true');
     await page.keyboard.press('b');
     await page.waitForFunction(() => window.tricoil.boresight);
     await page.keyboard.press('u');

@@ -11,6 +11,7 @@ const kBandColors = {
 };
 const kCursorSteps = 50;  // of a key, over the time shown
 const kNear = 20;         // points
+const kDrag = 4;          // pixels: a longer way of the mouse selects a time
 const kHatch = 6;         // pixels between the lines of invalid poses
 
 function line(context, x0, y0, x1, y1) {
@@ -112,7 +113,7 @@ export class Chart {
               if (this.spec.limit !== undefined) drawLimit(u, this.spec.limit);
             }],
             setSelect: [u => {
-              if (u.select.width < 4) return;
+              if (u.select.width < kDrag) return;
               select(u.posToVal(u.select.left, 'x'), u.posToVal(u.select.left + u.select.width, 'x'));
               u.setSelect({left: 0, top: 0, width: 0, height: 0}, false);
             }],
@@ -132,7 +133,13 @@ export class Chart {
       hover();
       read(this.#reading);
     });
-    this.u.over.addEventListener('click', event => pick(this.u.posToVal(event.offsetX, 'x')));
+    let pressed = 0;
+    this.u.over.addEventListener('mousedown', event => {
+      pressed = event.offsetX;
+    });
+    this.u.over.addEventListener('click', event => {
+      if (Math.abs(event.offsetX - pressed) < kDrag) pick(this.u.posToVal(event.offsetX, 'x'));
+    });
   }
 
   setData(data) {

@@ -35,17 +35,11 @@ export class Plots {
   rebuild() {
     for (const chart of this.charts) chart.destroy();
     const actions = {
-      select: (from, to) => {
-        this.selected = true;
-        this.freeze(this.origin + Math.min(from, to), this.origin + Math.max(from, to));
-      },
+      select: (from, to) => this.freeze(this.origin + Math.min(from, to), this.origin + Math.max(from, to)),
       reset: () => this.follow(),
       edit: index => this.edit(index),
       read: text => this.read(text),
-      pick: t => {
-        if (!this.selected) this.pick(this.origin + t);
-        this.selected = false;
-      },
+      pick: t => this.pick(this.origin + t),
       hover: () => {
         for (const chart of this.charts) chart.showValues();
       },
