@@ -28,6 +28,7 @@ constexpr host::OwnCommand kOwn[] = {
 #endif
     {"couplings", host::add_couplings_command},
     {"demodulate", host::add_demodulate_command},
+    {"truth", host::add_truth_command},
     {"device", host::add_device_command},
     {"doctor", host::add_doctor_command},
     {"selfcheck", host::add_selfcheck_command},

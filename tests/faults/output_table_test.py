@@ -20,9 +20,9 @@ STAGE = "stage/soYoutZup_seYoutZup_1.dat"
 SIMULATED = "--scenario still --duration 0.3"
 COILS = "--model concentric"
 # Options with a name of a file or folder that is read.
-INPUTS = {"--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory"}
+INPUTS = {"--calibration", "--chain", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--imu", "--joints", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory"}
 STDOUT = "standard output"
-PYTHON = {"demodulate"}  # commands that need the Python package
+PYTHON = {"demodulate", "truth"}  # commands that need the Python package
 
 
 class Elsewhere(str):
@@ -62,6 +62,7 @@ ROWS = {
     "couplings": {STDOUT: "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out bands.csv",
                   "--out": "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out {out}"},
     "demodulate": {STDOUT: "capture.csv --carrier-hz 10000 --rate-hz 200000", "--out": "capture.csv --carrier-hz 10000 --rate-hz 200000 --out {out}"},
+    "truth": {STDOUT: "optics.csv", "--out": "optics.csv --out {out}", "--plot": "optics.csv --plot {out}.svg"},
     "device list": {STDOUT: ""},
     "device info": {STDOUT: "{device}"},
     "device watch": {STDOUT: "{device} --duration 0.5"},

@@ -21,6 +21,7 @@ void add_device_command(CLI::App* sub, Action& action);
 void add_doctor_command(CLI::App* sub, Action& action);
 void add_replay_command(CLI::App* sub, Action& action);
 void add_smooth_command(CLI::App* sub, Action& action);
+void add_truth_command(CLI::App* sub, Action& action);
 void add_convert_command(CLI::App* sub, Action& action);
 void add_couplings_command(CLI::App* sub, Action& action);
 void add_plot_command(CLI::App* sub, Action& action);

@@ -66,6 +66,7 @@ constexpr ListedCommand kCommands[] = {
      Component::calibration},
     {"Calibration and evaluation", "couplings", "Poses from recorded couplings of two bands, corrected for metal", kTools},
     {"Calibration and evaluation", "demodulate", "Compute the signal matrix and its scatter from a raw ADC recording", kTools},
+    {"Calibration and evaluation", "truth", "One reference path from optics, a robot's joints and an inertial sensor", kTools},
     {"Devices", "device", "List, identify, watch and configure front ends and tracker boards", kTools},
     {"Devices", "doctor", "Check udev rules, devices and ports of this machine; each failure with its mend", kTools},
     {"Devices", "selfcheck", "Run the self-check of the core: known answers, error model, arithmetic", kTools},

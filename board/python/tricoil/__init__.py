@@ -28,6 +28,7 @@ from ._timing import NAMES as TIMINGS
 from ._timing import Timing
 from ._tracker import Filter
 from ._tricoil import __version__
+from ._truth import Truth, truth
 
 __all__ = [
     "COUPLING_CONSTANT",
@@ -41,6 +42,7 @@ __all__ = [
     "Source",
     "TIMINGS",
     "Timing",
+    "Truth",
     "__version__",
     "calibrate",
     "command",
@@ -58,5 +60,6 @@ __all__ = [
     "run",
     "solve",
     "sweep",
+    "truth",
     "verify",
 ]

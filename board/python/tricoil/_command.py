@@ -49,6 +49,13 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
             return _motion_command.run(**options)[0]
         except _motion_command.PoseError as error:
             raise ValueError(own_names(str(error))) from None
+    if name == "truth":
+        from . import _truth
+
+        try:
+            return _truth.run(arguments, **{key: value for key, value in options.items() if value is not None})[0]
+        except _truth.PoseError as error:
+            raise ValueError(own_names(str(error))) from None
     if name == "demodulate":
         from . import _demodulate
 

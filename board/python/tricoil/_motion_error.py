@@ -145,7 +145,7 @@ def motion_error(poses: Any, timing: str | Timing, *, reference: Any = None) -> 
         raise ValueError(own_names(str(error))) from None
 
     def with_covariance(pose, covariance):
-        return CorrectedPoses(given.time_s, *pose, given.name, given.notes, covariance, analysis.is_analysed)
+        return CorrectedPoses(given.time_s, *pose, given.name, given.notes, covariance=covariance, is_corrected=analysis.is_analysed)
 
     return MotionError(known, _rows(analysis), with_covariance(analysis.corrected, analysis.covariance),
                        with_covariance(analysis.smoothed, analysis.smoothed_covariance))

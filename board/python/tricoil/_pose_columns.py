@@ -38,6 +38,8 @@ def split_unit(name):
 def role_of(name):
     """(role, unit) of a column; role: ("position", 0..2), ("quaternion", letter), ("angle", 0..2), ("turn", 0..2), ("matrix", row, column)..."""
     text, unit = split_unit(name)
+    if found := re.fullmatch("std_([xyz])", text):
+        return ("deviation", "xyz".index(found[1])), unit
     if OWN_ATTITUDE.match(text):
         return None, ""
     if found := re.fullmatch(rf"(?:{PLACE}[._ ]?)?([xyz])", text):
@@ -289,6 +291,15 @@ def position_columns(columns):
                     "or mm, cm or in instead of m")
 
 
+def deviations(table, columns):
+    """Standard deviation of the position (3D), m, (N,); None if the file has none for all poses."""
+    found = columns.all("deviation", range(3))
+    if found is None or table.empty(found)[1].any():
+        return None
+    values = np.stack([METRES.get(columns.unit["deviation", axis], 1.0) * table.numbers(n) for axis, n in enumerate(found)])
+    return np.linalg.norm(values, axis=0) if np.isfinite(values).all() else None
+
+
 def poses(table: Table, *, sensor, unit, time_unit, rate_hz, rotation) -> Poses:
     """Poses of the table. Throws PoseError."""
     columns = Columns(table)
@@ -309,4 +320,5 @@ def poses(table: Table, *, sensor, unit, time_unit, rate_hz, rotation) -> Poses:
         table.notes.append("positions without a unit are read as m")
     position_m = METRES[used or "m"] * np.stack([table.numbers(n) for n in at_position], axis=1)
     q = quaternions(table, columns, kind, at_rotation) if kind else None
-    return checked(times(table, columns, time_unit, rate_hz), position_m, q, table.name, table.where, table.notes, unit_is_given=unit is not None, unit_is_named=of_file is not None)
+    return checked(times(table, columns, time_unit, rate_hz), position_m, q, table.name, table.where, table.notes, unit_is_given=unit is not None, unit_is_named=of_file is not None,
+                   deviation_m=deviations(table, columns))

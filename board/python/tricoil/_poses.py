@@ -27,7 +27,8 @@ class Poses:
     """Poses of one sensor, as read_poses() returns them.
 
     time_s: (N,), s, increasing. position_m: (N, 3), m. quaternion_wxyz: (N, 4), unit length, sensor frame to the frame of the file; None:
-    positions only. name: of the file. notes: what the reader assumed or left out, one sentence each.
+    positions only. name: of the file. notes: what the reader assumed or left out, one sentence each. deviation_m: (N,), standard deviation of the
+    position (3D), of the columns std_x_m to std_z_m; None without them.
     """
 
     time_s: NDArray
@@ -35,12 +36,13 @@ class Poses:
     quaternion_wxyz: NDArray | None = None
     name: str = "poses"
     notes: tuple[str, ...] = ()
+    deviation_m: NDArray | None = None
 
     def __len__(self) -> int:
         return len(self.time_s)
 
 
-def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, unit_is_given: bool = False, unit_is_named: bool = False) -> Poses:
+def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, unit_is_given: bool = False, unit_is_named: bool = False, deviation_m=None) -> Poses:
     """Poses with a rising time, finite numbers and unit quaternions; rows that are there twice are taken once.
 
     where: function of a row's index, "FILE:LINE". unit_is_given: by an option. unit_is_named: in the file. Throws PoseError.
@@ -95,7 +97,7 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
             give = "Correct it in the file" if unit_is_named else "Give it with --unit"
             mend = f"; is the unit {' or '.join(units)}? {give}" if units else "; if this is right, give --unit m"
             raise PoseError(f"{name}: the positions are {far:.4g} m away{mend}")
-    return Poses(time_s, position_m, q, name, tuple(notes))
+    return Poses(time_s, position_m, q, name, tuple(notes), None if deviation_m is None else deviation_m[kept])
 
 
 def read_poses(

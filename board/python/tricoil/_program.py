@@ -94,7 +94,15 @@ def demodulate(options, files):
         sys.exit(1)
 
 
-COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion}
+def truth(options, files):
+    from tricoil import _truth
+
+    as_json = options.pop("json", False)
+    result, _ = _truth.run(files, **options)
+    put_result(result, as_json, _truth.text(result), sys.stderr if options.get("out") == "-" else sys.stdout)
+
+
+COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion, "truth": truth}
 
 
 def main():

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ._flags import Flag
 from ._motion_error import MotionError
 from ._run import Run
+from ._truth import Truth
 
 MOST_POINTS = 4000  # of a curve
 BINS = 15  # with equal numbers of poses
@@ -103,4 +104,24 @@ def motion_error(result: MotionError) -> "Figure":
     for axes in (by_time, *others):
         axes.set_ylabel("error, mm")
         axes.set_ylim(bottom=0)
+    return figure
+
+
+def truth(result: Truth) -> "Figure":
+    """Position and its standard deviation over time. Grey: bridged gaps."""
+    time_s, position = result.poses.time_s, result.poses.position_m
+    figure, (path, deviation) = _figure(2, result.poses.name)
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], result.is_bridged, [False])).astype(int)))
+    for begin, end in zip(edges[::2], edges[1::2] - 1):
+        for axes in (path, deviation):
+            axes.axvspan(time_s[begin], time_s[end], color="0.85", lw=0)
+    rows = slice(None, None, max(1, len(time_s) // MOST_POINTS))
+    variance = np.diagonal(result.covariance, axis1=1, axis2=2)
+    for axis, name in enumerate("xyz"):
+        path.plot(time_s[rows], position[rows, axis], lw=0.8, label=name)
+    path.set_ylabel("position, m")
+    path.legend(loc="upper right", fontsize="small")
+    deviation.semilogy(time_s[rows], 1e3 * np.sqrt(variance[rows, :3].sum(axis=1)), lw=0.8)
+    deviation.set_ylabel("deviation (3D), mm")
+    deviation.set_xlabel("time, s")
     return figure
