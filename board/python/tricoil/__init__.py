@@ -28,7 +28,8 @@ from ._timing import NAMES as TIMINGS
 from ._timing import Timing
 from ._tracker import Filter
 from ._tricoil import __version__
-from ._truth import Truth, truth
+from ._truth import Truth
+from ._truth_command import truth
 
 __all__ = [
     "COUPLING_CONSTANT",

@@ -50,11 +50,11 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
         except _motion_command.PoseError as error:
             raise ValueError(own_names(str(error))) from None
     if name == "truth":
-        from . import _truth
+        from . import _truth_command
 
         try:
-            return _truth.run(arguments, **{key: value for key, value in options.items() if value is not None})[0]
-        except _truth.PoseError as error:
+            return _truth_command.run(arguments, **{key: value for key, value in options.items() if value is not None})[0]
+        except _truth_command.PoseError as error:
             raise ValueError(own_names(str(error))) from None
     if name == "demodulate":
         from . import _demodulate

@@ -276,7 +276,7 @@ class Fusion:
         self.by_constant = both[:, 1:].reshape(n, STATES, CONSTANTS)  # minus the derivative of the states
         return (-both[:, 0] - both[:, 1:] @ c).reshape(n, STATES), c
 
-    def fit(self, s, steps=8, position_m=1e-6, turn_rad=1e-6):
+    def fit(self, s, steps=8, position_m=1e-5, turn_rad=1e-5):
         """The most probable state. Raises LinAlgError if there is none."""
         for _ in range(steps):
             s, moved_m, turned = self.step(s)

@@ -83,7 +83,7 @@ def learned(make, s, m, time_s):
     first_smooth = noise.smooth
     for _ in range(PASSES):
         fusion = make(shown, noise)
-        s = fusion.fit(s, 2)
+        s = fusion.fit(s, 1)  # the noise alone has changed
         ratio = np.array([np.minimum(ratios(fusion, s, one), LARGEST_RATIO).mean(axis=0) if len(one.node) else np.ones(2) for one in hidden])
         optical, within = np.clip((np.sqrt(ratio[0] * ratio[1]), ratio[2]), 1 / LARGEST_STEP, LARGEST_STEP) ** DAMPING
         if m.turn is None:

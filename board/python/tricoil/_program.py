@@ -95,11 +95,11 @@ def demodulate(options, files):
 
 
 def truth(options, files):
-    from tricoil import _truth
+    from tricoil import _truth_command
 
     as_json = options.pop("json", False)
-    result, _ = _truth.run(files, **options)
-    put_result(result, as_json, _truth.text(result), sys.stderr if options.get("out") == "-" else sys.stdout)
+    result, _ = _truth_command.run(files, **options)
+    put_result(result, as_json, _truth_command.text(result), sys.stderr if options.get("out") == "-" else sys.stdout)
 
 
 COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion, "truth": truth}
