@@ -62,10 +62,10 @@ def noise_m2(r, ok):
 
 
 def reference_m2(reference, time_s, path):
-    """Variance (3D) of the reference at these times: by its own deviations, or else that of the spline through it."""
+    """Variance (3D) of the reference at these times: of the spline through it, and the part of its own deviations that is no noise from pose to pose."""
     if reference.deviation_m is None:
         return np.full(len(time_s), path.spline_m2)
-    return np.interp(time_s, reference.time_s, reference.deviation_m**2)
+    return path.spline_m2 + np.maximum(np.interp(time_s, reference.time_s, reference.deviation_m**2) - path.noise_m2, 0)
 
 
 @dataclasses.dataclass
