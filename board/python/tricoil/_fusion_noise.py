@@ -79,7 +79,7 @@ def learned(make, s, m, time_s):
     white = [white_variance(m.position_m), noise.optical[1] if m.turn is None else white_variance(2 * continuous(m.turn.as_quat()))]
     left = np.median(fusion.residual(s, shown)[0].reshape(-1, 2, 3) ** 2, axis=(0, 2)) / 0.455
     noise.optical = np.maximum(white, LEAST)
-    noise.smooth = np.maximum(left - white, 0.1 * noise.optical)
+    noise.smooth = np.maximum(left - white, 0.01 * noise.optical)
     first_smooth = noise.smooth
     for _ in range(PASSES):
         fusion = make(shown, noise)

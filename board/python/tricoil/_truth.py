@@ -15,6 +15,7 @@ FEWEST = 20
 LONGEST_GAP_S = 1.0  # a longer gap is not bridged
 PIECE, OVERLAP = 6000, 600  # nodes
 OFFSET_S = 0.02  # deviation of the first clock offset
+MERGED_S = 2e-5  # the equations of nodes that are closer are ill-conditioned
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,6 +67,13 @@ def aligned(first: Poses, other: Poses):
         position[inside] += Slerp(first.time_s, body)(time_s[inside]).apply(a.mount_m)
     moved = Poses(time_s[inside], (a.scale * (position + a.world_m))[inside], None if q is None else q[inside], other.name, other.notes)
     return moved, {"clock_offset_s": float(a.offset_s), "clock_rate_ppm": float(1e6 * a.rate), "difference_m": float(fit.sigma_m), "scale_factor": float(a.scale)}
+
+
+def merged_times(time_s, known_s):
+    """Times closer than MERGED_S to a known one are that one."""
+    n = np.clip(np.searchsorted(known_s, time_s), 1, len(known_s) - 1)
+    near = np.where(time_s - known_s[n - 1] < known_s[n] - time_s, known_s[n - 1], known_s[n])
+    return np.where(np.abs(time_s - near) < MERGED_S, near, time_s)
 
 
 def without_ends(poses, begin, end, why):
@@ -218,7 +226,8 @@ def fused(streams, inertial=None, lever_m=None, mount=None, same_clock=False) ->
     for other in streams[1:]:
         one, facts = aligned(first, dataclasses.replace(other, time_s=other.time_s - other.time_s[0]))
         facts["clock_offset_s"] += float(other.time_s[0] - origin_s)
-        moved.append(one)
+        known_s = np.unique(np.concatenate([each.time_s for each in moved]))
+        moved.append(dataclasses.replace(one, time_s=merged_times(one.time_s, known_s)))
         found.append({"file": other.name, "poses": len(one), **facts})
     fuser = Fuser(moved, inertial, lever_m, mount, same_clock)
     try:
