@@ -7,12 +7,12 @@ import numpy as np
 from ._fusion import STILL_RATE, Measurement, Noise
 from ._pose_path import continuous
 
-PASSES = 5
+PASSES = 8
 SHORT_S, LONG_S = 0.1, 0.35  # hidden stretches
 SHOWN_S = 0.35  # between them
 SINGLE = 5  # one of so many of the other poses is hidden
 LONGEST_S = 8.0  # of the recording that is used
-DAMPING = 0.8  # power of a ratio by which a variance changes in one pass
+DAMPING = 1.0  # power of a ratio by which a variance changes in one pass
 LARGEST_STEP = 9.0  # of a variance in one pass
 LARGEST_RATIO = 25.0  # of one pose; more are outliers
 SIXTH = 924.0  # variance of a sixth difference of white noise
