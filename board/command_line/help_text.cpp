@@ -6,7 +6,7 @@
 #include <cctype>
 #include <sstream>
 
-#include "board/support/whole_file.hpp"
+#include "board/support/output_file.hpp"
 
 namespace tricoil::host {
 namespace {

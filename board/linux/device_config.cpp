@@ -153,15 +153,19 @@ DeviceConfig load_device_config(const std::string& path) {
 
 void set_device(DeviceConfig& config, const std::string& name) {
     constexpr std::string_view kHemisphere = "hemisphere=";
+    constexpr std::string_view kWiring = "wiring=";
     config.device.clear();
     for (const std::string_view part : host::split(name, ',')) {
         if (part == "confined") {
             config.confined = true;
         } else if (part.starts_with(kHemisphere)) {
             config.hemisphere = direction_of(name, part.substr(kHemisphere.size()));
+        } else if (part.starts_with(kWiring)) {
+            config.wiring = part.substr(kWiring.size());
         } else {
             host::refuse_if(!config.device.empty() && !is_text_source(name),
-                            "device '{}': '{}' is not known; only hemisphere=X/Y/Z and confined may follow", name, part);
+                            "device '{}': '{}' is not known; only hemisphere=X/Y/Z, wiring=FILE and confined may follow", name,
+                            part);
             config.device.append(config.device.empty() ? "" : ",").append(part);
         }
     }

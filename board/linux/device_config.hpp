@@ -24,6 +24,7 @@ struct DeviceConfig {
     std::optional<CoilLines> coils;  // none: the front end drives the coils
     std::uint64_t serial = 0;        // serial number of the front end; 0: any
     double coupling_constant_m3 = 6.75e-3;
+    std::string wiring;       // output file of tricoil calibrate wiring; empty: straight
     std::string calibration;  // output file of tricoil calibrate; empty: none
     std::string method = "direct";
     std::optional<Vec3<double>> hemisphere;  // none: that of the calibration, or +x
@@ -41,8 +42,8 @@ DeviceConfig load_device_config(const std::string& path);
 /// The same from text. `name`: file name for messages.
 DeviceConfig parse_device_config(const std::string& name, std::string_view text);
 
-/// Sets config.device to `name` without its keys ",hemisphere=X/Y/Z" (direction, source frame) and ",confined", and the members
-/// of these names to their values. Throws InputError that names the invalid part.
+/// Sets config.device to `name` without its keys ",hemisphere=X/Y/Z" (direction, source frame), ",wiring=FILE" and ",confined",
+/// and the members of these names to their values. Throws InputError that names the invalid part.
 void set_device(DeviceConfig& config, const std::string& name);
 
 }  // namespace tricoil::linux_board

@@ -187,8 +187,8 @@ int DeviceLoop::take_edges() {
 }
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {
-    const MeasuredColumn<double> column =
-        params_.calibration ? corrected(session_.column(), params_.calibration->converters) : session_.column();
+    MeasuredColumn<double> column = params_.wiring.of_coils(session_.column());
+    column = params_.calibration ? corrected(column, params_.calibration->converters) : column;
     column_time_ = drivers::host_now();
     beat();
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {

@@ -9,6 +9,7 @@
 #include "board/linux/hemisphere_restorer.hpp"
 #include "board/linux/latency_histogram.hpp"
 #include "board/support/tool_tip.hpp"
+#include "board/support/wiring_file.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 #include "core/tracking/tracker_tap.hpp"
 #include "hal/coil_driver.hpp"
@@ -30,6 +31,7 @@ struct DeviceLoopParams {
     double coupling_constant_m3 = 6.75e-3;
     std::optional<calibration::Calibration<double>> calibration;  // must suit the tracker
     Vec3<double> hemisphere = Vec3<double>::UnitX();              // at the first start; later only if session.confined
+    host::ChannelWiring wiring;
     bool publish = false;
     host::ToolTips tips;  // of delivered and published poses
 };

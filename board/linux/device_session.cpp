@@ -21,10 +21,13 @@ constexpr Microseconds kConflict{1'000'000};
 constexpr Microseconds kFeed{20'000};  // longest interval between keep_alive messages
 constexpr std::uint16_t kProduct = 1;
 
+bool sends_columns(const protocol::IdentifyMessage& identity) {
+    return identity.role == static_cast<std::uint8_t>(protocol::Role::front_end);
+}
+
 /// Reason why the tracker for two bands cannot use this device; null: it can.
 const char* lacks_two_bands(const protocol::IdentifyMessage& identity) {
-    const bool sends_columns = identity.role == static_cast<std::uint8_t>(protocol::Role::front_end);
-    if (!sends_columns || identity.multiplexing != static_cast<std::uint8_t>(signal::Multiplexing::dual_band)) {
+    if (!sends_columns(identity) || identity.multiplexing != static_cast<std::uint8_t>(signal::Multiplexing::dual_band)) {
         return "the device does not send columns of two bands; use 'tricoil device mode DEVICE --mux dual-band --columns'";
     }
     if (tracking::dual_band_params(1e3 / identity.frame_rate_millihertz).window_frames == 0) {
@@ -235,6 +238,10 @@ SessionEvent DeviceSession::take_identity(const protocol::IdentifyMessage& ident
     }
     if (const char* lacks = params_.dual_band ? lacks_two_bands(identity) : nullptr; lacks != nullptr) {
         reason_.print("%s", lacks);
+        return refuse(WireError::wrong_sender);
+    }
+    if (params_.has_wiring && !sends_columns(identity)) {
+        reason_.print("the device computes poses itself, so --wiring has no effect; use 'tricoil device mode DEVICE --columns'");
         return refuse(WireError::wrong_sender);
     }
     if (phase_ != Phase::greeting || now_ < conflict_) {

@@ -21,9 +21,10 @@ namespace tricoil::linux_board {
 struct SessionParams {
     std::uint64_t serial = 0;  // required serial number; 0: any
     bool host_drives_coils = false;
-    bool start = true;       // false: only identify the device
-    bool any_coils = false;  // true: accept any driver of the coils
-    bool dual_band = false;  // true: accept only columns of two bands
+    bool start = true;        // false: only identify the device
+    bool any_coils = false;   // true: accept any driver of the coils
+    bool dual_band = false;   // true: accept only columns of two bands
+    bool has_wiring = false;  // true: accept only columns, to which the wiring of a file applies
 
     // Hemisphere of the sensors of a tracker board; empty: as set in the board. After valid poses the hemisphere is unknown at
     // the next start, because the sensor may have left it while the link was down. With `confined` it stays known.

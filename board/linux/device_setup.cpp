@@ -37,6 +37,8 @@ DeviceLoopParams loop_params(const DeviceConfig& config, const std::optional<cal
     params.coupling_constant_m3 = config.coupling_constant_m3;
     params.hemisphere = config.hemisphere.value_or(Vec3<double>::UnitX());
     params.publish = config.publish;
+    params.wiring = host::read_wiring(config.wiring);
+    params.session.has_wiring = !config.wiring.empty();
     if (calibration) {
         take_calibration(config, *calibration, params);
     }

@@ -75,6 +75,7 @@ void LineInput::accept_client(Microseconds patience) {
     input_ = std::move(client);
     ++sender_;
     line_ = 0;
+    is_cut_ = is_cut_ && !text_.empty();
 }
 
 void LineInput::receive_datagram() {
@@ -138,10 +139,16 @@ void LineInput::read(Microseconds patience) {
 
 /// Lines of a sender that has gone are still its own.
 std::optional<std::string> LineInput::take_line() {
-    const std::size_t end = text_.find('\n');
+    std::size_t end = text_.find('\n');
+    if (is_cut_) {  // the rest of a line
+        text_.erase(0, end == std::string::npos ? end : end + 1);
+        is_cut_ = end == std::string::npos;
+        end = text_.find('\n');
+    }
     if (end == std::string::npos && text_.size() < kLongestLine) {
         return std::nullopt;
     }
+    is_cut_ = end == std::string::npos;
     std::string line = text_.substr(0, std::min(end, kLongestLine));
     text_.erase(0, end == std::string::npos ? kLongestLine : end + 1);
     if (!line.empty() && line.back() == '\r') {

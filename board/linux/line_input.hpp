@@ -16,7 +16,7 @@ namespace tricoil::linux_board {
 
 class LineInput {
 public:
-    /// Longer lines are cut.
+    /// Longer lines are cut to this length.
     static constexpr std::size_t kLongestLine = std::size_t{1} << 16U;
 
     /// where: "-", "tcp:[ADDRESS:]PORT", "udp:[ADDRESS:]PORT" or a file; addresses are of this machine, loopback by default.
@@ -56,6 +56,7 @@ private:
     bool has_ended_ = false;
     std::vector<char> received_ = std::vector<char>(kLongestLine);  // by one read; no datagram is longer
     std::string text_;                                              // not yet taken
+    bool is_cut_ = false;                                           // the last line; its rest follows
     std::size_t line_ = 0;
     int sender_ = 0;
 };

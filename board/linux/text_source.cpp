@@ -129,6 +129,7 @@ void TextSource::follow_sender() {
 
 void TextSource::take(std::string_view line) {
     follow_sender();
+    host::refuse_if(line.size() == LineInput::kLongestLine, "the line is longer than {} KiB", LineInput::kLongestLine >> 10U);
     if (const auto frame = rows_.parse(line)) {
         take_frame(*frame);
     }
@@ -202,7 +203,7 @@ void TextSource::track(const TextFrame& frame) {
         column.state_sequence = timing_.multiplexing == signal::Multiplexing::tdm ? columns_ : columns_ / kSourceCoils;
         ++columns_;
         ++counters_.columns;
-        trackers_.column(column);
+        trackers_.column(params_.wiring.of_coils(column));
         if (const auto side = poses_.take_side(frame.sensor); side && is_live()) {  // a file has no other clock than its own
             ++counters_.hemispheres_restored;
             trackers_.hemisphere(frame.sensor, *side);

@@ -34,9 +34,9 @@ inline constexpr std::array kModes{
 /// Full amplitude gives 0.7 V; all FDM carriers together 1.0 V, two bands 1.2 V, because they start at phase zero.
 constexpr float kMaxReference_v = 1.3F;
 constexpr float kTripMargin = 1.1F;  // hardware limit / software limit: the software detects an over-current first and reports it
-constexpr float kCouplingConstant = 0.11794F;  // C of coil S2 and the nominal sensor coils; a test compares it with the netlists
+constexpr float kCouplingConstant = 0.12544F;  // C of coil S2 and the nominal sensor coils; a test compares it with the netlists
 /// Moments of S1 to S3 relative to S2.
-constexpr std::array kMoments{0.94171F, 1.0F, 1.00796F};
+constexpr std::array kMoments{0.99241F, 1.0F, 0.98853F};
 
 app::DeviceParams device_params(std::uint64_t serial, std::uint32_t firmware);
 

@@ -27,26 +27,14 @@ PoseTable::PoseTable(const Table& table) : table_(table) {
     units_per_m_ = kUnitsPerMetre.at(static_cast<std::size_t>(unit - kLengthUnits.begin()));
 }
 
-double PoseTable::number(std::string_view column, std::optional<double> absent) const {
-    return absent && !table_.has(column) ? *absent : table_.number(table_.column(column, kExpected));
-}
+double PoseTable::number(const std::string& column) const { return table_.number(table_.column(column, kExpected)); }
 
-Vec3<double> PoseTable::lengths_m(const std::array<const char*, 3>& names) const {
-    Vec3<double> lengths;
-    for (std::size_t i = 0; i < 3; ++i) {
-        lengths(static_cast<Index>(i)) = number(names[i] + unit_) / units_per_m_;
-    }
-    return lengths;
+Vec3<double> PoseTable::position_m() const {
+    return Vec3<double>{number("x_" + unit_), number("y_" + unit_), number("z_" + unit_)} / units_per_m_;
 }
 
 Quat<double> PoseTable::attitude(double tolerance) const {
     return normalised({number("qw"), number("qx"), number("qy"), number("qz")}, table_.place().str(), tolerance);
-}
-
-Vec6<double> PoseTable::deviations() const {
-    Vec6<double> deviations;
-    deviations << lengths_m({"std_x_", "std_y_", "std_z_"}), number("std_rx_rad"), number("std_ry_rad"), number("std_rz_rad");
-    return deviations;
 }
 
 Quat<double> normalised(const Quat<double>& q, const std::string& where, double tolerance) {

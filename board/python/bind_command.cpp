@@ -27,7 +27,10 @@ constexpr host::OwnCommand kOwn[] = {
     {"evaluate", host::add_evaluate_command},
 #endif
     {"couplings", host::add_couplings_command},
+    {"bench", host::add_bench_command},
     {"demodulate", host::add_demodulate_command},
+    {"design", host::add_design_command},
+    {"truth", host::add_truth_command},
     {"device", host::add_device_command},
     {"doctor", host::add_doctor_command},
     {"selfcheck", host::add_selfcheck_command},

@@ -7,6 +7,7 @@
 #include "board/python/rows.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
+#include "board/support/tracker_choice.hpp"
 
 namespace tricoil::python {
 namespace {
@@ -46,12 +47,8 @@ void add_run(py::module_& module) {
         .def(py::init<>())
         .def_readwrite("scenario", &host::RunOptions::scenario)
         .def_readwrite("trajectory", &host::RunOptions::trajectory)
-        .def_property(
-            "place_m",
-            [](const host::RunOptions& o) {
-                return std::array<double, 3>{o.place_m.x(), o.place_m.y(), o.place_m.z()};
-            },
-            [](host::RunOptions& o, const std::array<double, 3>& p) { o.place_m = Vec3<double>(p[0], p[1], p[2]); })
+        .def_property("place_m", nullptr,
+                      [](host::RunOptions& o, const std::array<double, 3>& p) { o.place_m = Vec3<double>(p.data()); })
         .def_readwrite("speed", &host::RunOptions::speed)
         .def_readwrite("mux", &host::RunOptions::multiplexing)
         .def_readwrite("tracker", &host::RunOptions::tracker)
@@ -59,21 +56,20 @@ void add_run(py::module_& module) {
         .def_readwrite("rate_hz", &host::RunOptions::frame_rate_hz)
         .def_readwrite("duration_s", &host::RunOptions::duration_s)
         .def_readwrite("faults", &host::RunOptions::faults)
-        .def_property(
-            "hemisphere", [](const host::RunOptions& o) { return o.hemisphere; },
-            [](host::RunOptions& o, const std::array<double, 3>& h) { o.hemisphere.assign(h.begin(), h.end()); })
+        .def_readwrite("hemisphere", &host::RunOptions::hemisphere)
         .def_readwrite("confined", &host::RunOptions::confined)
         .def_readwrite("predict_s", &host::RunOptions::predict_ahead_s)
         .def_readwrite("seed", &host::RunOptions::seed)
         .def_readwrite("fidelity", &host::RunOptions::fidelity)
         .def_readwrite("record", &host::RunOptions::record)
         .def_readwrite("progress", &host::RunOptions::show_live)
-        .def_property(
-            "noise", [](const host::RunOptions& o) { return !o.no_noise; },
-            [](host::RunOptions& o, bool noise) { o.no_noise = !noise; })
-        .def_property(
-            "deskew", [](const host::RunOptions& o) { return !o.no_deskew; },
-            [](host::RunOptions& o, bool deskew) { o.no_deskew = !deskew; });
+        .def_readwrite("no_noise", &host::RunOptions::no_noise)
+        .def_readwrite("no_deskew", &host::RunOptions::no_deskew);
+    module.def("acquisition", [](const std::string& mux, double rate_hz) {  // window, s; frequencies of the carriers, Hz
+        const auto plan = signal::plan_acquisition(signal::default_acquisition(host::multiplexing_of_name(mux), rate_hz));
+        host::refuse_if(!plan.ok(), "--rate-hz {}: {}", rate_hz, plan.status().message());
+        return py::make_tuple(plan->window_s(), plan->params.carrier_hz);
+    });
     module.def("run", [](const host::RunOptions& options) {
         RunTable table = run_table(options);
         return py::make_tuple(to_array(std::move(table.poses)), to_array(std::move(table.truth)), table.summary);

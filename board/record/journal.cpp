@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "board/support/errors.hpp"
-#include "board/support/whole_file.hpp"
+#include "board/support/output_file.hpp"
 #include "core/base/crc32.hpp"
 
 namespace tricoil::host {
@@ -175,7 +175,11 @@ std::vector<Journal::Extent> Journal::close() {
         wake_.notify_one();
         thread_.join();
         for (File& file : files_) {
-            file.descriptor.reset();  // run() has flushed it to the disk
+            // run() has flushed it; a disk of another machine may report its errors only now, at each close of a descriptor
+            if (const int copy = ::dup(file.descriptor.get()); copy >= 0 && ::close(copy) != 0) {
+                fail(std::strerror(errno));
+            }
+            file.descriptor.reset();
         }
     }
     for (const File& file : files_) {

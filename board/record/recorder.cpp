@@ -9,9 +9,10 @@
 
 #include "board/pose_text/flag_names.hpp"
 #include "board/record/record_lines.hpp"
+#include "board/record/tracker_settings.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
-#include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/linear/matrix.hpp"
+#include "core/signal/acquisition_plan.hpp"
 
 namespace tricoil::host {
 
@@ -19,6 +20,7 @@ struct SimulationOptions {
     std::string tracker = "direct";
     int passes = 1;
     double frame_rate_hz = 240;
+    double sample_rate_hz = signal::AcquisitionParams{}.sample_rate_hz;
     std::optional<double> duration_s;
     std::vector<std::string> faults;
     std::vector<double> hemisphere;  // empty: that of the start of the motion; otherwise the run is confined

@@ -45,11 +45,11 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
 }
 
 signal::AcquisitionPlan make_plan(const SimulationOptions& options) {
-    const auto plan =
-        signal::plan_acquisition(signal::default_acquisition(multiplexing_of_name(options.multiplexing), options.frame_rate_hz));
+    const auto plan = signal::plan_acquisition(
+        signal::default_acquisition(multiplexing_of_name(options.multiplexing), options.frame_rate_hz, options.sample_rate_hz));
     if (!plan.ok()) {
-        throw InputError(
-            fmt::format("--rate-hz {} with --mux {}: {}", options.frame_rate_hz, options.multiplexing, plan.status().message()));
+        throw InputError(fmt::format("--rate-hz {} with --mux {} and --sample-rate-hz {}: {}", options.frame_rate_hz,
+                                     options.multiplexing, options.sample_rate_hz, plan.status().message()));
     }
     return *plan;
 }

@@ -79,6 +79,16 @@ CouplingFrame CouplingColumns::read_any() const {
     return couplings;
 }
 
+void CouplingFrame::rewire(const ChannelWiring& wiring) {
+    x = wiring.of_coils(x);
+    if (quadrature) {
+        quadrature = wiring.of_coils(*quadrature);
+    }
+    if (levels) {
+        levels->share = wiring.of_coils(levels->share).cwiseAbs();
+    }
+}
+
 void check_couplings(const CouplingFrame& couplings, const TextPlace& place) {
     using Complex = std::complex<double>;
     const Mat3<double> quadrature = couplings.quadrature.value_or(Mat3<double>::Zero());

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "board/support/table.hpp"
+#include "board/support/wiring_file.hpp"
 #include "core/linear/matrix.hpp"
 #include "core/signal/excitation.hpp"
 
@@ -41,6 +42,8 @@ struct CouplingFrame {
     std::optional<Mat3<double>> quadrature = std::nullopt;  // if the file has it
     std::optional<SignalLevels> levels = std::nullopt;      // if the file has them
 
+    /// From the couplings of channels to those of coils.
+    void rewire(const ChannelWiring& wiring);
     [[nodiscard]] bool has_known_levels() const { return levels && levels->known(); }
 };
 

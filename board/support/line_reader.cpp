@@ -7,6 +7,8 @@
 
 namespace tricoil::host {
 
+constexpr const char* kNeedsText = "a text file is needed; the Python package reads NumPy and MAT files (tricoil.command)";
+
 LineReader::LineReader(const std::string& path) : path_(path) {
     std::error_code error;
     refuse_if(std::filesystem::is_directory(path, error), "{}: is a folder; name a file", path);
@@ -90,7 +92,7 @@ bool LineReader::next_whole(std::string& line) {
 }
 
 void LineReader::refuse_binary(const std::string& line) const {
-    refuse_if(line.find('\0') != std::string::npos, "{}:{}: binary data; a text file is needed", path_, line_);
+    refuse_if(line.find('\0') != std::string::npos, "{}:{}: binary data; {}", path_, line_, kNeedsText);
 }
 
 bool LineReader::read(std::string& line) {
@@ -102,7 +104,7 @@ bool LineReader::read(std::string& line) {
             break;
         }
         if (line.size() == kLongestLine) {
-            throw InputError(fmt::format("{}:{}: the line is longer than 1 MiB; a text file is needed", path_, line_ + 1));
+            throw InputError(fmt::format("{}:{}: the line is longer than 1 MiB; {}", path_, line_ + 1, kNeedsText));
         }
         line += static_cast<char>(c);
     }

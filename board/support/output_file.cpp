@@ -26,18 +26,7 @@ constexpr fs::perms kAnyWrite = fs::perms::owner_write | fs::perms::group_write 
     throw InputError(fmt::format("cannot write {}: {}; choose another file or folder", path.string(), reason));
 }
 
-/// Flushes the folder, so that a renamed file survives a power failure. Errors are ignored: some file systems do not support it.
-void sync_folder_of(const fs::path& place) {
-    const fs::path folder = place.has_parent_path() ? place.parent_path() : fs::path(".");
-    (void)::fsync(open_folder(folder).get());
-}
-
-}  // namespace
-
-drivers::FileDescriptor open_folder(const fs::path& folder) {
-    return drivers::FileDescriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-}
-
+/// Target of symbolic links; the target file need not exist. Throws InputError for unresolvable links.
 fs::path without_links(const fs::path& path) {
     fs::path place = path;
     std::error_code error;
@@ -50,6 +39,7 @@ fs::path without_links(const fs::path& path) {
     return place;
 }
 
+/// Throws InputError if `path` is an existing file without write permission, also for root.
 void refuse_write_protected(const fs::path& path) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
@@ -58,6 +48,15 @@ void refuse_write_protected(const fs::path& path) {
         refuse(path, "it is write-protected");
     }
 }
+
+/// Flushes the folder, so that a renamed file survives a power failure. Errors are ignored: some file systems do not support it.
+void sync_folder_of(const fs::path& place) {
+    const fs::path folder = place.has_parent_path() ? place.parent_path() : fs::path(".");
+    const drivers::FileDescriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    (void)::fsync(opened.get());
+}
+
+}  // namespace
 
 OutputFile::OutputFile(const fs::path& path, unsigned mode) : path_(path) {
     if (path == kStandardOutput) {
@@ -130,6 +129,13 @@ void OutputFile::write(std::string_view text) {
     }
 }
 
+void OutputFile::replace(std::size_t at, std::string_view text) {
+    flush();
+    if (!aside_.empty() && ::pwrite(file_.get(), text.data(), text.size(), static_cast<off_t>(at)) < 0) {
+        fail();
+    }
+}
+
 void OutputFile::flush() {
     for (std::size_t done = 0; done < buffer_.size();) {
         const ssize_t n = ::write(file_.get(), buffer_.data() + done, buffer_.size() - done);
@@ -154,6 +160,12 @@ void OutputFile::commit() {
     }
     aside_.clear();
     sync_folder_of(place_);
+}
+
+void write_whole_file(const fs::path& path, const std::string& text) {
+    OutputFile file(path);
+    file.write(text);
+    file.commit();
 }
 
 }  // namespace tricoil::host

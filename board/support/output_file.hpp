@@ -24,6 +24,8 @@ public:
 
     /// Throws DeviceError, naming the path, if the text cannot be written.
     void write(std::string_view text);
+    /// Replaces bytes that were written before, unless the file is written directly. Throws DeviceError like write().
+    void replace(std::size_t at, std::string_view text);
     /// Writes buffered text. Throws DeviceError like write().
     void flush();
     /// Flushes to the disk and renames. Throws DeviceError like write(), InputError if the file cannot be renamed.
@@ -44,13 +46,7 @@ private:
 /// Replaces the file, or the target of a symbolic link, by a new one with `text` that only this user can read.
 void write_private_file(const std::filesystem::path& path, std::string_view text);
 
-/// Throws InputError if `path` is an existing file without write permission, also for root.
-void refuse_write_protected(const std::filesystem::path& path);
-
-/// Not open if there is no such folder.
-drivers::FileDescriptor open_folder(const std::filesystem::path& folder);
-
-/// Target of symbolic links; the target file need not exist. Throws InputError for unresolvable links.
-std::filesystem::path without_links(const std::filesystem::path& path);
+/// Writes `text` through an OutputFile and throws like it.
+void write_whole_file(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace tricoil::host

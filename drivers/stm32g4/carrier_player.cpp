@@ -13,10 +13,10 @@ constexpr std::uint32_t kUnderruns = dac::SR_DMAUDR1 | dac::SR_DMAUDR1 << dac::k
 // Share of the first carrier when three are active at once, relative to a single carrier. A sensor coil's signal grows with the
 // frequency, so the other carriers get less and all three couplings have equal noise.
 constexpr float kShareOfThree = 0.65F;
-// In two bands the high carriers have 0.8 of that, and each low carrier 0.29 (0.35 A): limit of the exposure of people
+// In two bands the high carriers have 0.8 of that, and each low carrier 0.27 (0.35 A): limit of the exposure of people
 // (board/nucleo_g474re/circuits/SAFETY.md).
 constexpr float kHighShare = 0.8F * kShareOfThree;
-constexpr float kLowShare = 0.29F;
+constexpr float kLowShare = 0.27F;
 
 constexpr std::uint32_t both(std::uint32_t channel1) { return channel1 | channel1 << dac::kChannel2Shift; }
 

@@ -1,7 +1,6 @@
 #include "sim/paper/tdm_experiment.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Core>
 
 #include <cmath>
 #include <deque>
@@ -9,7 +8,6 @@
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
-#include "core/linear/eigen.hpp"
 #include "core/solver/direct.hpp"
 
 namespace tricoil::paper {
@@ -47,12 +45,6 @@ Pose solve(const Mat3<double>& x, const Vec3<double>& true_position_m) {
         throw std::invalid_argument(fmt::format("TDM experiment: {}", solution.status().message()));
     }
     return {solution->position_towards(true_position_m), geometry::attitude_quaternion(solution->attitude)};
-}
-
-double correlation(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
-    const Eigen::ArrayXd x = a - a.mean();
-    const Eigen::ArrayXd y = b - b.mean();
-    return (x * y).sum() / std::sqrt(x.square().sum() * y.square().sum());
 }
 
 }  // namespace
@@ -111,37 +103,6 @@ std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& pa
                         params.settle_s, params.min_range_m, params.max_range_m));
     }
     return poses;
-}
-
-TdmReport summarise(const std::vector<TdmPose>& poses) {
-    const auto n = static_cast<Index>(poses.size());
-    struct Series {
-        Eigen::Array3Xd position, rotation;
-    };
-    const auto collect = [&](error_model::PoseError<double> TdmPose::*which) {
-        Series series{Eigen::Array3Xd(3, n), Eigen::Array3Xd(3, n)};
-        for (Index i = 0; i < n; ++i) {
-            const auto& error = poses[static_cast<std::size_t>(i)].*which;
-            series.position.col(i) = eigen(error.head<3>()).array();
-            series.rotation.col(i) = eigen(error.tail<3>()).array();
-        }
-        return series;
-    };
-    const Series measured = collect(&TdmPose::measured);
-    const Series predicted = collect(&TdmPose::predicted);
-    const Series device = collect(&TdmPose::predicted_by_device);
-    const auto rms = [n](const Eigen::Array3Xd& rows) { return std::sqrt(rows.square().sum() / static_cast<double>(n)); };
-    TdmReport report;
-    report.poses = poses.size();
-    report.measured_position_rms_m = rms(measured.position);
-    report.predicted_position_rms_m = rms(predicted.position);
-    report.device_position_rms_m = rms(device.position);
-    report.measured_rotation_rms_rad = rms(measured.rotation);
-    report.predicted_rotation_rms_rad = rms(predicted.rotation);
-    report.device_rotation_rms_rad = rms(device.rotation);
-    report.position_correlation = correlation(measured.position.reshaped(), predicted.position.reshaped());
-    report.rotation_correlation = correlation(measured.rotation.reshaped(), predicted.rotation.reshaped());
-    return report;
 }
 
 }  // namespace tricoil::paper

@@ -24,23 +24,9 @@ struct TdmPose {
     error_model::PoseError<double> predicted_by_device;  // from the differences of the device's own poses
 };
 
-struct TdmReport {
-    double measured_position_rms_m = 0;
-    double predicted_position_rms_m = 0;
-    double device_position_rms_m = 0;
-    double measured_rotation_rms_rad = 0;
-    double predicted_rotation_rms_rad = 0;
-    double device_rotation_rms_rad = 0;
-    double position_correlation = 0;  // between the components of predicted and measured errors, over all poses
-    double rotation_correlation = 0;
-    std::size_t poses = 0;
-};
-
 /// One pose per column, by the direct solver on the latest three columns, without noise. Throws std::invalid_argument if no pose
 /// is scored: the motion is too short or never within range.
 std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& params);
-
-TdmReport summarise(const std::vector<TdmPose>& poses);
 
 /// Rates and accelerations of a motion by central differences.
 error_model::MotionState<double> motion_state(const sim::Motion& motion, double time_s);

@@ -1,4 +1,4 @@
-// Calibration without a stage: free motion, a printed grid, the wiring; fixture names.
+// Calibration without a stage: free motion, a printed grid; fixture names.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,7 +13,6 @@
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/calibration/pose_set.hpp"
 #include "board/host/calibration/self_calibration.hpp"
-#include "board/host/calibration/wiring.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
@@ -238,42 +237,6 @@ TEST(FreeMotionFit, RefusesFewFramesAndLeftHandedCouplings) {
         x.row(0) *= -1;
     }
     EXPECT_THROW(fit_free_motion(real.frames, FitModel::finite, 1, Vec3<double>::UnitX()), InputError);
-}
-
-TEST(Wiring, FindsEveryOrderAndSignOfEqualHandedness) {
-    test::RandomPoses random(63);
-    const Vec3<double> direction(0.4, 0.2, 0.1);
-    const Mat3<double> ideal = test::unit_signal(direction, Quat<double>::Identity());
-    const std::array<std::array<int, 3>, 6> orders{{{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
-    int tried = 0;
-    for (const auto& sensor_order : orders) {
-        for (int sensor_signs = 0; sensor_signs < 8; ++sensor_signs) {
-            for (const auto& source_order : orders) {
-                for (int source_signs = 0; source_signs < 8; ++source_signs) {
-                    CoilOrder sensor{sensor_order, {}};
-                    CoilOrder source{source_order, {}};
-                    for (std::size_t c = 0; c < 3; ++c) {
-                        sensor.sign[c] = (sensor_signs >> c & 1) != 0 ? -1 : 1;
-                        source.sign[c] = (source_signs >> c & 1) != 0 ? -1 : 1;
-                    }
-                    if (++tried % 29 != 0) {
-                        continue;
-                    }
-                    const Mat3<double> x =
-                        sensor.matrix() * ideal * source.matrix().transpose() + 0.02 * ideal.norm() * random.gaussian_matrix();
-                    const Wiring found = identify_wiring({x}, direction);
-                    EXPECT_TRUE(found.is_certain());
-                    const Mat3<double> again = found.sensor.matrix() * ideal * found.source.matrix().transpose();
-                    EXPECT_TRUE(is_approx(again, sensor.matrix() * ideal * source.matrix().transpose(), 1e-9))
-                        << to_text(found.sensor);
-                    const bool all_reversed = found.sensor.matrix() == -sensor.matrix();
-                    EXPECT_TRUE(found.sensor.matrix() == sensor.matrix() || all_reversed);
-                }
-            }
-        }
-    }
-    EXPECT_THROW(identify_wiring({ideal}, Vec3<double>(1, 0, 0)), InputError);
-    EXPECT_THROW(identify_wiring({ideal}, Vec3<double>(1, 1, 0.5)), InputError);
 }
 
 TEST(FixtureName, NamesAreRotations) {

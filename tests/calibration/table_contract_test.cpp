@@ -8,7 +8,6 @@
 #include <map>
 
 #include "board/host/calibration/frame_file.hpp"
-#include "board/host/calibration/pivot_poses.hpp"
 #include "board/host/calibration/pose_set.hpp"
 #include "board/host/couplings/band_files.hpp"
 #include "board/linux/text_rows.hpp"
@@ -93,16 +92,6 @@ Cells couplings(const std::string& before, const std::function<std::vector<std::
     return cells;
 }
 
-Cells poses(const std::string& more, int rows) {
-    Cells cells{names("time_us,x_m,y_m,z_m,qw,qx,qy,qz" + more)};
-    for (int n = 0; n < rows; ++n) {
-        cells.push_back(
-            {fmt::format("{}", 1000 * n), fmt::format("{}", 0.5 + 0.01 * n), "0.1", "-0.2", "0.6", "0.8", "0.0", "0"});
-        cells.back().resize(cells[0].size(), "0.001");
-    }
-    return cells;
-}
-
 std::string read_text_rows(const std::string& path) {
     linux_board::TextRows rows;
     LineReader lines(path);
@@ -154,14 +143,6 @@ std::vector<Reader> readers() {
         }
         return text;
     };
-    const auto pivot = [](const std::string& path) {
-        std::string text;
-        const PivotRecord record = read_pivot_poses(path, std::nullopt);
-        for (const auto& pose : record.poses) {
-            text += text_of(pose.position_m, pose.covariance) + fmt::format("{} ", pose.q_source_sensor.w());
-        }
-        return text;
-    };
     const auto band = [](const std::string& path) {
         const std::string low = path + ".low";
         std::filesystem::copy_file(path, low, std::filesystem::copy_options::overwrite_existing);
@@ -193,7 +174,6 @@ std::vector<Reader> readers() {
                    [&](int n) { return std::vector<std::string>{number(n), "0.5", "0", "0.6", "0.8", "0", "0"}; }),
          on_stage},
         {"bands", bands, band},
-        {"pivot", poses(",std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad", 3), pivot},
         {"trajectory", trajectory, motion, false},
         {"live couplings", couplings("time_us,", [&](int n) { return std::vector<std::string>{number(1000 * n)}; }),
          read_text_rows},

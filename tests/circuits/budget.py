@@ -52,14 +52,16 @@ def load_of(mode):
 
 
 class Chain:
-    """Signal chain from the source to the converter. results: of the netlists; coil: parameters of the sensor coil."""
+    """Signal chain from the source to the converter. results: of the netlists; moment: of a source coil at full drive, A m^2;
+    area: turns times area of a sensor coil, m^2."""
 
-    def __init__(self, results, coil, moment):
+    def __init__(self, results, moment, area):
         self.moment = moment
-        self.area = coil["turns"] * math.pi * coil["radius"] ** 2
+        self.area = area
         self.gain = {f: results[f"preamplifier.gain_{f}"] for f in (LOW_HZ, 7658, 9572, 10769, 13401)}
         self.noise = {f: results[f"preamplifier.noise_{f}"] for f in self.gain}
         self.reference_v = results["reference.full_drive_v"]
+        self.avdd_v = results["reference.avdd_v"]
         adc_rms = HALF_SUPPLY_V / math.sqrt(2) / 10 ** (ADC_SNR_DB / 20)
         self.adc = adc_rms / math.sqrt(CONVERSIONS_HZ / 2)
 
@@ -126,6 +128,8 @@ def of_frame(chain, range_m, mode, coil):
     noise_lsb = math.hypot(pre, opamp, adc) * amplitude * math.sqrt(window / (REST_S / 3 * 0.8))
     raw, left = rms_errors(ADC_INL_LSB, noise_lsb)
     reference_lsb = chain.reference_v / LSB_V
+    # the converter's codes are relative to AVDD, the signal rests at half of it; proportional to the drive, like the signal
+    crosstalk = 0.5 * chain.avdd_v * drive / volts
     resonance = (hz * 2 * math.pi) ** 2 * coil["lcoil"] * coil["ccable"]
     expansion = 2 * EXPANSION_PER_K * DRIFT_K
     # errors of the steps add up from one to the next; the calibration of the coils contains their mean
@@ -139,6 +143,7 @@ def of_frame(chain, range_m, mode, coil):
         # its amplitude is constant at full drive; with less drive its error is part of the gain step
         ("non-linearity of the reference's converter", 0, s.common * raw / reference_lsb / drive if drive < 1 else 0),
         ("gain steps", s.row * left / amplitude, s.row * gain_steps),
+        ("crosstalk: reference amplifier through AVDD", s.coupling * crosstalk, None),
         ("drift: sense resistors", s.column * SENSE_PER_K * DRIFT_K, None),
         ("drift: preamplifiers' gain", s.row * GAIN_PER_K * DRIFT_K, None),
         ("drift: size of the coils", s.common * 2 * expansion, None),

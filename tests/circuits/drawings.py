@@ -1,15 +1,10 @@
 """The schematics, with the values of the netlists."""
-import re
-
 import spice
 from sheet import Sheet
 
 
 def _v(file, name, unit="ohm"):
-    """Readable form of a value of a netlist."""
-    text = re.search(rf"^\.param\b.*? {name}=(\S+)", spice.netlists()[file], re.M)[1]
-    number, prefix = re.fullmatch(r"([0-9.]+)(meg|[pnumk]?)", text).groups()
-    return f"{number} {'M' if prefix == 'meg' else prefix}{unit}"
+    return spice.readable(file, name, unit)
 
 
 def power_stage():
@@ -115,7 +110,7 @@ def preamplifier():
     s.ground(1000, 310)
     s.dot((1000, 230))
     s.port(1064, 230, "PB0 (PB12,\nPB13)", left=False)
-    s.note(20, 460, "The coil's lower end is its bias return: 60 nA through 24 ohm. Shield: joined to analog ground here, open at the coil.\n"
+    s.note(20, 460, f"The coil's lower end is its bias return: 60 nA through {v('rcoil')}. Shield: joined to analog ground here, open at the coil.\n"
                     "Output rests at 1.65 V (11 x 0.15 V) and cannot leave 0 to 3.3 V; PB2, PA1, PB10: 1 uF to analog ground.")
     return s
 
@@ -135,9 +130,9 @@ def reference():
     s.ground(300, 300)
     s.resistor((300, 200), (430, 200), v("r3"))
     s.wire((430, 200), (470, 200))
-    s.opamp(470, 220, "OPA4365")
+    s.opamp(470, 220, "OPA365")
     s.wire((505, 198), (505, 165))
-    s.supply(505, 165, "AVDD 3.3 V")
+    s.supply(505, 165, "AVDD")
     s.wire((505, 242), (505, 265))
     s.ground(505, 265)
     s.wire((470, 240), (450, 240), (450, 320))
@@ -154,8 +149,8 @@ def reference():
     s.ground(750, 310)
     s.port(804, 220, "PA0", left=False)
     s.dot((270, 200), (300, 200), (450, 200), (580, 115), (580, 220), (750, 220))
-    s.note(20, 390, "The same low-pass as in the sensor channels, so that both lag alike. From 3.3 V: it cannot overdrive the pin.\n"
-                    "Each input: its own pair of wires from the sense resistor's inner terminals.")
+    s.note(20, 390, "The same low-pass as in the sensor channels, so that both lag alike. Each input: its own pair of wires from the sense\n"
+                    "resistor's inner terminals. Supply: AVDD through 2.2 ohm, with 100 uF (also of the OPA4365 in the sensor channels).")
     return s
 
 
@@ -216,22 +211,30 @@ def enable():
 
 def connections():
     s = Sheet(1180, 760, "Supplies, CAN, USB, connectors")
-    s.box(40, 70, 170, 60, "12 V, 35 W, isolated\ntrimmed to 11.5 V", (("r", 15, "+"), ("r", 45, "-")))
-    s.box(40, 170, 170, 60, "12 V, 35 W, isolated\ntrimmed to 11.5 V", (("r", 15, "+"), ("r", 45, "-")))
-    s.resistor((210, 85), (330, 85), "fuse T 2 A")
-    s.wire((330, 85), (520, 85))
+    s.box(40, 70, 170, 60, "24 V to 11.5 V\nisolated, 320 kHz", (("r", 15, "+"), ("r", 45, "-")))
+    s.box(40, 170, 170, 60, "24 V to 11.5 V\nisolated, 320 kHz", (("r", 15, "+"), ("r", 45, "-")))
+    s.wire((40, 85), (0, 85), (0, 185), (40, 185))
+    s.wire((40, 115), (20, 115), (20, 215), (40, 215))
+    s.dot((0, 185), (20, 215))
+    s.wire((0, 185), (0, 245))
+    s.wire((20, 215), (20, 245))
+    s.text(-20, 262, "24 V desktop supply, fuse T 4 A", "v")
+    s.box(255, 67, 90, 36, "TPS26600")
+    s.wire((210, 85), (255, 85))
+    s.wire((345, 85), (520, 85))
     s.port(524, 85, "+11.5 V", left=False)
-    s.wire((210, 115), (250, 115), (250, 185), (210, 185))
-    s.wire((250, 150), (520, 150))
+    s.wire((210, 115), (230, 115), (230, 150), (520, 150))
+    s.wire((210, 185), (255, 185))
+    s.box(255, 167, 90, 36, "TPS26600")
+    s.wire((345, 185), (360, 185), (360, 150))
     s.port(524, 150, "star point: sense resistors,\nAGND of the Nucleo (once)", left=False)
-    s.resistor((210, 215), (330, 215), "fuse T 2 A", "below")
-    s.wire((330, 215), (520, 215))
+    s.wire((210, 215), (520, 215))
     s.port(524, 215, "-11.5 V", left=False)
     s.diode((380, 150), (380, 85), "SMBJ12A")
     s.diode((380, 215), (380, 150), "SMBJ12A")
-    s.capacitor((470, 85), (470, 150), "470 uF")
-    s.capacitor((470, 150), (470, 215), "470 uF")
-    s.dot((250, 150), (380, 85), (380, 150), (380, 215), (470, 85), (470, 150), (470, 215))
+    s.capacitor((470, 85), (470, 150), "4 x 470 uF")
+    s.capacitor((470, 150), (470, 215), "4 x 470 uF")
+    s.dot((360, 150), (380, 85), (380, 150), (380, 215), (470, 85), (470, 150), (470, 215))
     s.box(760, 60, 150, 50, "TPS7A4901, 5.0 V", (("l", 25, ""),))
     s.wire((720, 85), (760, 85))
     s.wire((910, 85), (980, 85))
@@ -265,7 +268,7 @@ def connections():
     s.text(116, 474, "3.3 V", "t", "end")
     s.wire((255, 500), (255, 520))
     s.ground(255, 520)
-    s.text(262, 345, "VCC 5 V, 100 nF", "v")
+    s.text(262, 345, "VCC 5 V of the Nucleo, 100 nF", "v")
     s.wire((330, 380), (380, 380))
     s.wire((330, 450), (380, 450))
     s.box(380, 365, 110, 100, "51 uH choke\nACT45B-510")

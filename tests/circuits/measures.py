@@ -1,11 +1,16 @@
 """Runs of the netlists over tolerances and phases, reduced to results. Each function takes overrides of parameters."""
+import functools
 import itertools
 import math
+import os
+import re
 
 import budget
 import field
+import inductance
 import spice
 from waves import Wave
+from winding import SENSOR, SOURCE, Triads
 
 AMBIENT_C = 40
 FULL_DRIVE_V = 1.44  # carrier at the DAC's pin: 1792 of 2048 codes (drivers/stm32g4/acquisition.hpp)
@@ -24,9 +29,18 @@ def tdm():
     return next(mode for mode in budget.modes() if mode["mode"] == "TDM 240")
 
 
+INDUCTANCE_TOL = 0.1
+
+
+def _source_spread():
+    """Smallest and largest inductance of a source coil."""
+    henry = [nominal_coils()[f"coils.{name.lower()}_h"] for name in SOURCE]
+    return (1 - INDUCTANCE_TOL) * min(henry), (1 + INDUCTANCE_TOL) * max(henry)
+
+
 def loop(**overrides):
     """Phase margin over the tolerances of coil, cable and amplifier."""
-    spread = {"lcoil": ("83u", "110u"), "rcoil": (0.24, 1.0), "ccoil": ("100p", "1n"), "gbw": ("11meg", "23meg"),
+    spread = {"lcoil": _source_spread(), "rcoil": (0.18, 1.0), "ccoil": ("100p", "1n"), "gbw": ("11meg", "23meg"),
               "fp2": ("25meg", "100meg"), "ro": (1, 15)}
     least = 180.0
     for corner in itertools.product(*spread.values()):
@@ -44,7 +58,7 @@ def slot(**overrides):
     guard = float(tdm()["guard_s"])
     vs = parameters("power_stage.cir", ["vs"], overrides)["vs"]
     worst = {"slot.unsettled": 0.0, "slot.settling_us": 0.0, "slot.peak_a": 0.0, "slot.beyond_supply_v": -99.0}
-    for (lcoil, gbw), phase in itertools.product((("83u", "23meg"), ("110u", "11meg")), range(4)):
+    for (lcoil, gbw), phase in itertools.product(zip(_source_spread(), ("23meg", "11meg")), range(4)):
         on = 0.2e-3 + phase / 4 / hz
         rows = spice.run_vectors("power_slot.cir", **_with(overrides, lcoil=lcoil, gbw=gbw, ton=on))
         amps, out = Wave(rows, 1), Wave(rows, 2)
@@ -59,17 +73,26 @@ def slot(**overrides):
 
 
 def drive(**overrides):
-    """Available voltage and current for the highest TDM carrier and for the low band."""
-    p = parameters("power_stage.cir", ["vs", "drop", "rset"], overrides)
+    """Available voltage and current for the highest TDM carrier and for the low band. Headroom: coil S1 at its largest inductance."""
+    p = parameters("power_stage.cir", ["vs", "drop", "rset", "lcoil"], overrides)
     run = spice.run("power_drive.cir", **overrides)
+    largest = spice.run("power_drive.cir", **{**overrides, "lcoil": (1 + INDUCTANCE_TOL) * p["lcoil"]})
     swing = 0.98 * p["vs"] - p["drop"]
     full = run["siemens_10769"] * FULL_DRIVE_V
     limit = 24e3 / (5e3 + p["rset"])
     result = {f"drive.ohm_{f}": run[f"ohm_{f}"] for f in (300, 1000, 7658, 9572, 10769, 13401)}
-    result.update({"drive.full_a": full, "drive.swing_v": swing, "drive.headroom_v": swing - 1.03 * full * run["ohm_10769"],
+    result.update({"drive.full_a": full, "drive.swing_v": swing, "drive.headroom_v": swing - 1.03 * full * largest["ohm_10769"],
                    "drive.low_band_a": min(1.5, swing / run["ohm_1000"]), "drive.limit_a": limit,
                    "drive.limit_least_a": 0.9 * limit, "drive.limit_most_a": 1.1 * limit})
+    for name in ("s2", "s3"):  # the loop gain is finite: a smaller inductance gives more current
+        result[f"drive.full_{name}_a"] = FULL_DRIVE_V * _driven(name, **overrides)["siemens_10769"]
     return result
+
+
+def _driven(name, share=1.0, **overrides):
+    """power_drive.cir with source coil `name`, its inductance times `share`."""
+    coil = nominal_coils()
+    return spice.run("power_drive.cir", **_with(overrides, lcoil=share * coil[f"coils.{name}_h"], rcoil=coil[f"coils.{name}_ohm"]))
 
 
 def fault(**overrides):
@@ -79,6 +102,17 @@ def fault(**overrides):
     return {"fault.current_a": run["fault_current_a"],
             "fault.beyond_supply_v": max(run["fault_output_v"], -run["fault_output_min_v"]) - vs,
             "fault.supplies_v": run["fault_supply_v"] - run["fault_supply_min_v"]}
+
+
+def supplies(**overrides):
+    """A converter that fails high; start of the supplies. The overrides apply to the netlist that has the parameter."""
+    def only(file):
+        return {name: value for name, value in overrides.items() if spice.has(file, name)}
+
+    fails, start = (spice.run(file, **only(file)) for file in ("supply_fault.cir", "supply_start.cir"))
+    return {"supplies.failed_v": fails["failed_supply_v"],
+            "supplies.vdig_first_v": start["vdig_at_vplus_v"], "supplies.vdig_most_v": start["vdig_most_v"],
+            "supplies.off_v": start["off_most_v"]}
 
 
 def heat(**overrides):
@@ -97,16 +131,21 @@ def heat(**overrides):
     return result
 
 
-HIGH_SHARE, LOW_A = budget.HIGH_SHARE, 0.35  # two bands: low carriers, A
+HIGH_SHARE = budget.HIGH_SHARE
+
+
+def low_drive_v():
+    """Low carrier at the DAC's pin in two bands."""
+    with open(os.path.join(spice.CIRCUITS, "..", "..", "..", "drivers", "stm32g4", "carrier_player.cpp")) as file:
+        return FULL_DRIVE_V * float(re.search(r"kLowShare = ([0-9.]+)F;", file.read())[1])
 
 
 def two_bands(**overrides):
     """Coil S1 with a high and a low carrier at the same time."""
     p = parameters("power_stage.cir", ["rjh", "rhs"], overrides)
-    gain = spice.run("power_drive.cir")
     hz = 7658.0
     rows = spice.run_vectors("power_two_bands.cir", **_with(overrides, fc=hz, vdac=FULL_DRIVE_V * 0.65 * HIGH_SHARE,
-                                                            vlow=LOW_A / gain["siemens_960"]))
+                                                            vlow=low_drive_v()))
     amps, out = Wave(rows, 1), Wave(rows, 2)
     period, start = 8 / hz, 1.4e-3
     late = [row[3] for row in rows if start <= row[0] < start + 3 * period]
@@ -136,13 +175,17 @@ def preamplifier(**overrides):
     gains = [run[f"gain_{f}"] for f in carriers]
     result = {f"preamplifier.gain_{f}": run[f"gain_{f}"] for f in (500, *carriers)}
     result.update({f"preamplifier.noise_{f}": run[f"noise_{f}"] for f in (500, *carriers)})
-    inner = spice.run("preamplifier.cir", **_with(overrides, lcoil="4.4m", rcoil=37.9))  # 540 turns at 8.6 mm
+    coil = nominal_coils()
+    inner = spice.run("preamplifier.cir", **_with(overrides, lcoil=coil["coils.c1_h"], rcoil=coil["coils.c1_ohm"]))
     result["preamplifier.noise_inner_10769"] = inner["noise_10769"]
     result["preamplifier.flatness"] = max(gains) / min(gains) - 1
     passed = run["gain_10769"]
     result["preamplifier.reject_conversions_db"] = 20 * math.log10(passed / run["gain_560900"])
     images = max(run["gain_58400"] * _boxcar(58400), run["gain_61000"] * _boxcar(61000))
     result["preamplifier.reject_samples_db"] = 20 * math.log10(passed * _boxcar(10769) / images)
+    switching = max(run[f"gain_{f}"] * _boxcar(f) for f in (288000, 320000, 352000))
+    result["preamplifier.reject_supply_db"] = 20 * math.log10(passed * _boxcar(10769) / switching)
+    result["preamplifier.driver_siemens"] = run["driver_10769"]
     rows = spice.run_vectors("preamplifier.cir", **overrides)
     wave, hz = Wave(rows, 1), spice.value("preamplifier.cir", "fc")
     times = [1e-5 * k for k in range(1, 40)]
@@ -155,59 +198,111 @@ def reference(**overrides):
     """Reference amplifier. The overrides apply to its netlist only."""
     run = spice.run("reference.cir", **overrides)
     sensor = spice.run("preamplifier.cir")
-    sense = spice.run("power_drive.cir")["siemens_10769"] * FULL_DRIVE_V * spice.value("power_stage.cir", "rs")
+    sense = _driven("s2")["siemens_10769"] * FULL_DRIVE_V * spice.value("power_stage.cir", "rs")
     lag = max(abs(run[f"phase_{f}"] - sensor[f"phase_{f}"]) for f in (7658, 9572, 10769, 13401))
     return {"reference.gain": run["gain_10769"], "reference.full_drive_v": run["gain_10769"] * sense,
-            "reference.phase_match_deg": lag, "reference.noise": run["noise_10769"]}
+            "reference.phase_match_deg": lag, "reference.noise": run["noise_10769"], "reference.avdd_v": run["avdd_10769"] * sense}
+
+
+def fit(**overrides):
+    """Whether the windings of coils.toml fit, their areas, and the wire to buy."""
+    triads = Triads(**overrides)
+    result = {f"coils.{coil.name.lower()}_m2": coil.area_m2 for coil in triads.coils}
+    source, sensor = ([coil.area_m2 for coil in triad] for triad in (triads.source, triads.sensor))
+    result.update({"coils.sensor_m2": math.fsum(sensor) / 3, "coils.source_spread": max(source) / min(source) - 1,
+                   "coils.sensor_spread": max(sensor) / min(sensor) - 1, "coils.ring_gap_mm": min(triads.ring_gaps()),
+                   "coils.window_spare_mm": triads.window_spare(), "coils.groove_spare_mm": triads.groove_spare(),
+                   "coils.litz_m": triads.wire_m("litz"), "coils.enamel_m": triads.wire_m("enamel")})
+    return result
+
+
+ACCEPTANCE_HZ = 10e3
+
+
+def _electrical(coil):
+    henry, name = inductance.of_coil(coil), f"coils.{coil.name.lower()}"
+    loss = inductance.loss_factor(coil, ACCEPTANCE_HZ)
+    return {f"{name}_h": henry, f"{name}_ohm": coil.ohm, f"{name}_q": 2 * math.pi * ACCEPTANCE_HZ * henry / (loss * coil.ohm),
+            f"{name}_resonance_hz": inductance.resonance_hz(coil, henry), f"{name}_wheeler_h": inductance.by_wheeler(coil)}
+
+
+# parameters of the netlists that are results of the geometry; S1 has the largest inductance, C2 is the middle one
+OF_COILS = {("power_stage.cir", "lcoil"): "coils.s1_h", ("power_stage.cir", "rcoil"): "coils.s1_ohm",
+            ("preamplifier.cir", "lcoil"): "coils.c2_h", ("preamplifier.cir", "rcoil"): "coils.c2_ohm"}
 
 
 def coils(**overrides):
-    """Inductances by Wheeler 1928 for multilayer coils, SI units, and the deviation of the netlists' values."""
-    p = parameters("power_stage.cir", ["n1", "n2", "n3", "a1", "a2", "a3", "length", "depth", "copper", "lcoil", "rcoil"], overrides)
-    q = parameters("preamplifier.cir", ["turns", "radius", "length", "depth", "copper", "lcoil", "rcoil"], {})
-
-    def wound(turns, radius, length, depth, copper):
-        henry = 31.6e-6 * (turns * radius) ** 2 / (6 * radius + 9 * length + 10 * depth)
-        return henry, 1.72e-8 * turns * 2 * math.pi * radius / copper
-
-    result, worst = {}, 0.0
-    for k in (1, 2, 3):
-        henry, ohm = wound(p[f"n{k}"], p[f"a{k}"], p["length"], p["depth"], p["copper"])
-        result.update({f"coils.s{k}_h": henry, f"coils.s{k}_ohm": ohm, f"coils.s{k}_m2": p[f"n{k}"] * math.pi * p[f"a{k}"] ** 2})
-    worst = max(abs(p["lcoil"] / result["coils.s1_h"] - 1), abs(p["rcoil"] / result["coils.s1_ohm"] - 1))
-    henry, ohm = wound(q["turns"], q["radius"], q["length"], q["depth"], q["copper"])
-    result.update({"coils.sensor_h": henry, "coils.sensor_ohm": ohm, "coils.sensor_m2": q["turns"] * math.pi * q["radius"] ** 2})
-    result["coils.netlist_error"] = max(worst, abs(q["lcoil"] / henry - 1), abs(q["rcoil"] / ohm - 1))
+    """Inductance, resistance at 20 degrees, Q and own resonance of each coil; coupling of two rings at the tolerance of their angle: that
+    of coaxial rings times the sine of the deviation (exact for the dipole part of the field)."""
+    triads = Triads(**overrides)
+    result = {}
+    for coil in triads.coils:
+        result.update(_electrical(coil))
+    tilt = math.sin(math.radians(triads.data["source"]["tilt_deg"]))
+    result["coils.coupling_tilted"] = max(
+        tilt * inductance.between(a, b) / math.sqrt(result[f"coils.{a.name.lower()}_h"] * result[f"coils.{b.name.lower()}_h"])
+        for a, b in itertools.combinations(triads.source, 2))
+    wheeler = [result[f"coils.{name.lower()}_wheeler_h"] / result[f"coils.{name.lower()}_h"] for name in SOURCE + SENSOR]
+    result["coils.formulas_differ"] = max(abs(ratio - 1) for ratio in wheeler)
+    result["coils.netlist_error"] = max(abs(spice.value(*place) / result[name] - 1) for place, name in OF_COILS.items())
+    result["coils.sensor_ohm"] = result["coils.c2_ohm"]
     return result
+
+
+@functools.cache
+def nominal_coils():
+    return coils()
+
+
+def write_netlists():
+    """Puts the results of the geometry into the netlists."""
+    for (file, name), result in OF_COILS.items():
+        spice.put(file, name, nominal_coils()[result])
+
+
+# Largest deviations of the drive: supply of the DAC (regulator of the Nucleo), gain of the DAC, sense resistor, divider and low-pass at the
+# input. All at once.
+DRIVE_TOLS = {"avdd": 0.02, "dac": 0.005, "sense": 0.01, "divider": 0.0014, "low-pass": 0.002}
 
 
 def exposure(**overrides):
-    """RMS field at 10 and 30 cm from the middle of the source; FDM: sum over the coils (sum rule)."""
-    p = parameters("power_stage.cir", ["n1", "n2", "n3", "a1", "a2", "a3"], overrides)
-    full = spice.run("power_drive.cir")["siemens_10769"] * FULL_DRIVE_V
+    """RMS field at 10 and 30 cm from the middle of the source; FDM: sum over the coils (sum rule). overrides: of coils.toml. Worst: all
+    tolerances of the drive, the least inductance, and each coil larger by the tolerance of its radius."""
+    triads = Triads(**overrides)
     fdm = next(mode for mode in budget.modes() if mode["mode"] == "FDM 240")
-    share = [0.65 * float(fdm["f1_hz"]) / float(fdm[f"f{k}_hz"]) for k in (1, 2, 3)]
-    each = [(p[f"n{k}"], p[f"a{k}"], full) for k in (1, 2, 3)]
-    shared = [(n, a, i * s) for (n, a, i), s in zip(each, share)]
+    carriers = [float(fdm[f"f{k}_hz"]) for k in (1, 2, 3)]
+    largest = math.prod(1 + tol for tol in DRIVE_TOLS.values())
     result = {}
-    for cm in (10, 30):
-        result[f"field.tdm_{cm}cm_ut"] = 1e6 / math.sqrt(2) * field.largest(cm / 100, each, False)
-        result[f"field.fdm_{cm}cm_ut"] = 1e6 / math.sqrt(2) * field.largest(cm / 100, shared, True)
-    low = [(n, a, LOW_A) for n, a, _ in each]
-    low_ut = 1e6 / math.sqrt(2) * field.largest(0.1, low, True)
-    result["field.two_bands_10cm_share"] = HIGH_SHARE * result["field.fdm_10cm_ut"] / 27 + low_ut / 80  # ICNIRP 2010, 1 kHz: 80 uT
+    for kind, more, drive, henry in (("", 0.0, 1.0, 1.0), ("_worst", 1e-3 * triads.data["source"]["radius_tol"], largest, 1 - INDUCTANCE_TOL)):
+        driven = [_driven(name.lower(), henry) for name in SOURCE]
+        tdm_a = [FULL_DRIVE_V * run["siemens_10769"] for run in driven]
+        fdm_a = [FULL_DRIVE_V * 0.65 * carriers[0] / hz * run[f"siemens_{hz:.0f}"] for run, hz in zip(driven, carriers)]
+        low_a = [low_drive_v() * run["siemens_960"] for run in driven]
+        each, shared, low = ([(coil.turns, coil.radius_m + more, drive * amps) for coil, amps in zip(triads.source, currents)]
+                             for currents in (tdm_a, fdm_a, low_a))
+        for cm in (10, 30):
+            result[f"field.tdm_{cm}cm{kind}_ut"] = 1e6 / math.sqrt(2) * field.largest(cm / 100, each, False)
+            result[f"field.fdm_{cm}cm{kind}_ut"] = 1e6 / math.sqrt(2) * field.largest(cm / 100, shared, True)
+        low_ut = 1e6 / math.sqrt(2) * field.largest(0.1, low, True)
+        # ICNIRP 2010, 1 kHz: 80 uT
+        result[f"field.two_bands_10cm{kind}_share"] = HIGH_SHARE * result[f"field.fdm_10cm{kind}_ut"] / 27 + low_ut / 80
     return result
+
+
+def crosstalk(results, **overrides):
+    """The overrides apply to the reference amplifier."""
+    return accuracy({**results, **reference(**overrides)})
 
 
 def accuracy(results, **overrides):
     """Position errors of the chain. results: of the functions above; overrides: of the preamplifier's netlist."""
-    names = ("turns", "radius", "lcoil", "rcoil", "ccable", "rdamp")
-    coil = parameters("preamplifier.cir", names, overrides)
+    coil = parameters("preamplifier.cir", ("lcoil", "rcoil", "ccable", "rdamp"), overrides)
     if overrides:
         results = {**results, **preamplifier(**overrides)}
-    chain = budget.Chain(results, coil, results["coils.s2_m2"] * results["drive.full_a"])
+    chain = budget.Chain(results, results["coils.s2_m2"] * results["drive.full_s2_a"], results["coils.sensor_m2"])
     window = float(tdm()["window_s"])
-    result = {"budget.moment_am2": chain.moment, "budget.nearest_m": chain.nearest_m(10769)}
+    result = {"budget.moment_am2": chain.moment, "budget.nearest_m": chain.nearest_m(10769),
+              "preamplifier.driver_a": results["preamplifier.driver_siemens"] * chain.coil_v(0.15, 10769)}  # before the drive is reduced
     for cm in (15, 30, 60, 75, 90, 120):
         drive_share, gain, volts = chain.ranging(cm / 100, 10769)
         causes = budget.of_frame(chain, cm / 100, tdm(), coil)

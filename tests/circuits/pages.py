@@ -1,12 +1,20 @@
 """Generates the tables of the pages from results.csv. In a page a table is between <!-- table NAME --> and <!-- end -->."""
+import csv
+import math
 import os
 import re
 
 import budget
 import checks
+import coil_drawings
+import drawings
+import formers
+import netlist
 import spice
-from drawings import DRAWINGS
 from spice import CIRCUITS
+from winding import Triads
+
+DRAWINGS = {**drawings.DRAWINGS, **coil_drawings.DRAWINGS}
 
 BOARD = os.path.dirname(CIRCUITS)
 PLACE = re.compile(r"(<!-- table (\w+) -->\n)(.*?)(<!-- end -->)", re.S)
@@ -52,18 +60,30 @@ def causes(r):
     return _table(["cause", "with calibrate converters, mm", "without calibrate converters, mm"], rows)
 
 
+# Acceptance of a coil, relative to its computed values
+INDUCTANCE, RESISTANCE, Q_LEAST, RESONANCE_LEAST = 0.1, 0.06, 0.85, 0.5
+
+
 def coils(r):
-    p = {name: spice.value("power_stage.cir", name) for name in ("n1", "n2", "n3", "a1", "a2", "a3")}
-    q = {name: spice.value("preamplifier.cir", name) for name in ("turns", "radius")}
-    names = ("s1", "s2", "s3", "sensor")
-    rows = [["turns", *(f"{p[f'n{k}']:.0f}" for k in (1, 2, 3)), f"{q['turns']:.0f}"],
-            ["mean radius, mm", *(f"{1e3 * p[f'a{k}']:.1f}" for k in (1, 2, 3)), f"{1e3 * q['radius']:.1f}"],
-            ["winding: length along the axis, depth, mm", *["14, 2.5"] * 3, "10, 1.4"],
-            ["wire", *["litz, 60 x 0.1 mm"] * 3, "0.15 mm copper"],
-            ["inductance, uH", *(f"{1e6 * r[f'coils.{n}_h']:.1f}" for n in names)],
-            ["resistance, ohm", *(f"{r[f'coils.{n}_ohm']:.2f}" for n in names)],
-            ["turns times area, cm^2", *(f"{1e4 * r[f'coils.{n}_m2']:.0f}" for n in names)]]
-    return _table(["", "S1", "S2", "S3", "sensor coil"], rows)
+    triads = Triads()
+    names = [coil.name.lower() for coil in triads.coils]
+
+    def span(values, share, digits):
+        return [f"{value * (1 - share):.{digits}f}-{value * (1 + share):.{digits}f}" for value in values]
+
+    rows = [["turns", *(str(coil.turns) for coil in triads.coils)],
+            ["in layers", *("+".join(str(n) for n in coil.layers) if len(coil.layers) < 4 else f"{len(coil.layers)} of {coil.per_layer}"
+                            for coil in triads.coils)],
+            ["mean radius, mm", *(f"{1e3 * coil.radius_m:.2f}" for coil in triads.coils)],
+            ["wire, m", *(f"{1e-3 * coil.wire_mm:.1f}" for coil in triads.coils)],
+            ["turns times area, cm^2", *(f"{1e4 * r[f'coils.{n}_m2']:.0f}" for n in names)],
+            ["L at 10 kHz, uH", *span([1e6 * r[f"coils.{n}_h"] for n in names[:3]], INDUCTANCE, 1),
+             *span([1e6 * r[f"coils.{n}_h"] for n in names[3:]], INDUCTANCE, 0)],
+            ["R at 20 degrees, ohm", *span([r[f"coils.{n}_ohm"] for n in names[:3]], RESISTANCE, 3),
+             *span([r[f"coils.{n}_ohm"] for n in names[3:]], RESISTANCE, 1)],
+            ["Q at 10 kHz, at least", *(f"{Q_LEAST * r[f'coils.{n}_q']:.1f}" for n in names)],
+            ["own resonance above, kHz", *(f"{1e-3 * RESONANCE_LEAST * r[f'coils.{n}_resonance_hz']:.0f}" for n in names)]]
+    return _table(["", *(coil.name for coil in triads.coils)], rows)
 
 
 def drive(r):
@@ -99,16 +119,19 @@ def densities(r):
 
 
 def fields(r):
-    rows = [[f"{cm} cm", f"{r[f'field.tdm_{cm}cm_ut']:.2f}", f"{r[f'field.fdm_{cm}cm_ut']:.2f}", "27", "100"] for cm in (10, 30)]
-    return _table(["from the middle of the source", "TDM, uT RMS", "FDM, sum of the three carriers", "general public", "occupational"], rows)
+    rows = [[f"{cm} cm", *(f"{r[f'field.{mode}_{cm}cm{kind}_ut']:.2f}" for mode in ("tdm", "fdm") for kind in ("", "_worst")), "27", "100"]
+            for cm in (10, 30)]
+    return _table(["from the middle of the source", "TDM, uT RMS", "with tolerances", "FDM, sum of the three carriers", "with tolerances",
+                   "general public", "occupational"], rows)
 
 
 def limits(r):
-    rows = [[f"`{c.result}`", f"{r[c.result]:.4g}", c.limit(), ", ".join(f"`{k}={v}`" for k, v in c.wrong.items())] for c in checks.CHECKS]
-    return _table(["result", "value", "limit", "a part that breaks it"], rows)
+    """limits.csv"""
+    rows = [f"{c.result},{r[c.result]:.4g},{c.limit()},{' '.join(f'{k}={v}' for k, v in c.wrong.items())}" for c in checks.CHECKS]
+    return "\n".join(["result,value,limit,a part that breaks it", *rows]) + "\n"
 
 
-TABLES = {table.__name__: table for table in (ranges, promise, modes, causes, coils, drive, heat, preamplifier, densities, fields, limits)}
+TABLES = {table.__name__: table for table in (ranges, promise, modes, causes, coils, drive, heat, preamplifier, densities, fields)}
 
 
 def _pages():
@@ -129,26 +152,59 @@ def _path(name):
     return os.path.join(CIRCUITS, name)
 
 
-def _drawn():
-    return [(name, draw().svg()) for name, draw in DRAWINGS.items()]
+WASTE = 1.05  # of the wire
+
+
+def wires_to_buy():
+    """(text that the bill of materials must contain) of each wire."""
+    triads = Triads()
+    return [f"{wire['name']}; {math.ceil(WASTE * triads.wire_m(name))} m" for name, wire in triads.data["wire"].items()]
+
+
+# Parts of the netlists by circuit of the bill of materials: (netlist, parameters)
+PARTS = {"power stage": ("power_stage.cir", "ra rb rf rd rset rsn cblk cb csn cbulk rs"),
+         "preamplifier": ("preamplifier.cir", "rg rf r1 r2 r3 r4 c1 c2 c4 rdamp"),
+         "reference": ("reference.cir", "r1 r2 r3 r4 c1 c2 c4 rfeed cfeed"), "enable": ("enable.cir", "re rpull chb rhb rin")}
+
+
+def _value_of_part(file, name):
+    """'8.06 k', '2.2 nF' of a part, as in the bill of materials."""
+    return spice.readable(file, name, "F" if name.startswith("c") else "")
+
+
+def _bill_errors():
+    """Wires and values of the netlists that the bill of materials does not have."""
+    with open(_path("bill-of-materials.csv")) as file:
+        rows = list(csv.DictReader(file))
+    needed = [("coils", text) for text in wires_to_buy()]
+    needed += [(circuit, _value_of_part(file, name)) for circuit, (file, names) in PARTS.items() for name in names.split()]
+    return [f"bill-of-materials.csv: {circuit} without '{text}'" for circuit, text in needed
+            if not any(circuit in row["circuit"] and re.search(rf"(?<![0-9.]){re.escape(text)}(?![0-9.])", row["value or type"]) for row in rows)]
+
+
+def _files(results):
+    drawn = [(name, draw().svg()) for name, draw in DRAWINGS.items()]
+    return [*drawn, ("formers.scad", formers.model(Triads())), ("limits.csv", limits(results)),
+            ("board.net", netlist.kicad(netlist.parts()))]
 
 
 def stale(results):
-    """Errors: tables without a page, outdated tables in pages, outdated values in drawings."""
+    """Errors: tables without a page, outdated tables in pages, outdated drawings and files."""
     found, used = [], set()
     for page in _pages():
         text, filled = _filled(page, results)
         used |= {place[1] for place in PLACE.findall(text)}
         if text != filled:
             found.append(os.path.basename(page))
-    for name, drawing in _drawn():
+    for name, content in _files(results):
         if not os.path.exists(_path(name)):
             found.append(name)
             continue
         with open(_path(name)) as file:
-            if file.read() != drawing:
+            if file.read() != content:
                 found.append(name)
-    return found + [f"table {name}, in no page," for name in TABLES if name not in used]
+    wrong = [f"{name} is not current: tests/circuits/run update" for name in found]
+    return wrong + _bill_errors() + netlist.errors(netlist.parts()) + [f"table {name} is in no page" for name in TABLES if name not in used]
 
 
 def rewrite(results):
@@ -157,6 +213,6 @@ def rewrite(results):
         if text != filled:
             with open(page, "w") as file:
                 file.write(filled)
-    for name, drawing in _drawn():
+    for name, content in _files(results):
         with open(_path(name), "w") as file:
-            file.write(drawing)
+            file.write(content)

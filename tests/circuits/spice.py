@@ -32,12 +32,37 @@ def netlists():
     return texts
 
 
-def value(file, name):
-    """Value of a parameter of a netlist."""
+def text(file, name):
+    """Text of a parameter of a netlist, like '4.7k'."""
     match = _parameter(name).search(netlists()[file])
     if match is None:
         raise KeyError(f"{file} has no parameter {name}")
-    return number(match.group(2))
+    return match.group(2)
+
+
+def value(file, name):
+    """Value of a parameter of a netlist."""
+    return number(text(file, name))
+
+
+def readable(file, name, unit):
+    """Value of a part for people: '8.06 kohm'."""
+    digits, prefix = re.fullmatch(r"([0-9.]+)(meg|[pnumk]?)", text(file, name)).groups()
+    return f"{digits} {'M' if prefix == 'meg' else prefix}{unit}".strip()
+
+
+def has(file, name):
+    return _parameter(name).search(netlists()[file]) is not None
+
+
+def put(file, name, new):
+    """Writes a value with three digits into a netlist."""
+    netlist = netlists()[file]
+    suffix, scale = next((s, f) for s, f in (("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9)) if abs(new) >= 0.1 * f)
+    changed = _parameter(name).sub(rf"\g<1>{name}={new / scale:.3g}{suffix}", netlist, count=1)
+    if changed != netlist:
+        with open(os.path.join(CIRCUITS, file), "w") as handle:
+            handle.write(changed)
 
 
 def run(bench, **overrides):

@@ -230,6 +230,22 @@ TEST(SessionOfOldBoard, ReportsDifferentVersions) {
     EXPECT_THAT(session.detail(), ::testing::HasSubstr("the device uses another protocol version"));
 }
 
+/// Its poses are of the channels as they are: a file of the host cannot correct them.
+TEST(SessionOfBoard, AWiringFileNeedsColumns) {
+    test::DeafPort port;
+    SessionParams params;
+    params.has_wiring = true;
+    DeviceSession session(port, params);
+    const HostTime now = host_time_us(1);
+    session.service(now);
+    protocol::IdentifyMessage identity;
+    identity.role = static_cast<std::uint8_t>(protocol::Role::tracker);
+    EXPECT_NE(session.take({test::bytes_of(identity), now, 0}), SessionEvent::identified);
+    EXPECT_THAT(session.detail(), ::testing::HasSubstr("computes poses itself"));
+    identity.role = static_cast<std::uint8_t>(protocol::Role::front_end);
+    EXPECT_EQ(session.take({test::bytes_of(identity), now, 0}), SessionEvent::identified);
+}
+
 /// A device may forget the hemisphere when its start fails.
 TEST(SessionOfBoard, SendsTheHemisphereAgainAfterARefusedStart) {
     test::DeafPort port;

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "board/support/errors.hpp"
-#include "board/support/whole_file.hpp"
+#include "board/support/output_file.hpp"
 #include "tests/support/temporary_path.hpp"
 
 namespace tricoil::host {
@@ -28,10 +28,8 @@ struct Answer {
     std::string output;
 };
 
-/// search_path: PATH of the program; empty: inherited.
-Answer tricoil(const std::string& arguments, const std::string& search_path = "") {
-    const std::string environment = search_path.empty() ? "" : "PATH=" + search_path + " ";
-    const std::string line = environment + TRICOIL_PROGRAM + " " + arguments + " 2>&1";
+Answer tricoil(const std::string& arguments) {
+    const std::string line = TRICOIL_PROGRAM + (" " + arguments + " 2>&1");
     FILE* pipe = ::popen(line.c_str(), "r");
     Answer answer;
     std::array<char, 4096> buffer{};
@@ -48,8 +46,8 @@ std::string text_of(const fs::path& path) {
     return text.str();
 }
 
-void expect_refused(const std::string& arguments, const std::string& names, const std::string& search_path = "") {
-    const Answer answer = tricoil(arguments, search_path);
+void expect_refused(const std::string& arguments, const std::string& names) {
+    const Answer answer = tricoil(arguments);
     EXPECT_EQ(answer.exit_code, 2) << arguments << "\n" << answer.output;
     EXPECT_THAT(answer.output, HasSubstr(names)) << arguments;
     EXPECT_EQ(std::count(answer.output.begin(), answer.output.end(), '\n'), 1) << answer.output;
@@ -214,21 +212,6 @@ TEST_F(Folder, FiguresDrawThem) {
     }
 }
 
-TEST_F(Folder, FiguresKeepTheirNumbersIfPythonCannotDraw) {
-    const std::string out = (path_ / "out").string();
-    expect_refused("figures --out " + out, "install the packages python3 and python3-matplotlib; the CSV files are in " + out,
-                   (path_ / "nothing").string());
-    const fs::path fake = path_ / "python3";
-    std::ofstream(fake) << "#!/bin/sh\necho half >fig1.svg\necho 'NameError: undefined' >&2\nexit 1\n";
-    fs::permissions(fake, fs::perms::owner_all);
-    expect_refused("figures --out " + out, "python3 cannot draw: NameError: undefined; the CSV files are in " + out,
-                   path_.string());
-    EXPECT_TRUE(fs::exists(out + "/fig1.csv"));
-    for (const auto& entry : fs::directory_iterator(out)) {
-        EXPECT_EQ(entry.path().extension(), ".csv") << entry.path();
-    }
-}
-
 /// Nothing of the current folder is imported, and no settings are read from there.
 TEST_F(Folder, FiguresRunNoFileOfTheCurrentFolder) {
     for (const char* name : {"matplotlib.py", "numpy.py", "csv.py", "_draw.py", "sitecustomize.py"}) {
@@ -306,22 +289,6 @@ TEST_F(Folder, StandardOutputTakesCsvAndSummary) {
     ASSERT_EQ(std::system(line.c_str()), 0);
     EXPECT_THAT(text_of(path_ / "both"), HasSubstr("time_s,stamp_us"));
     EXPECT_THAT(text_of(path_ / "both"), HasSubstr("position error at most"));
-}
-
-TEST_F(Folder, StagedFolderKeepsOtherFiles) {
-    std::ofstream(path_ / "mine.txt") << "mine";
-    {
-        StagedFolder staged(path_);
-        write_whole_file(staged.path() / "a.csv", "a");
-    }
-    EXPECT_EQ(entries(), 1) << "not published, no temporary files";
-    {
-        StagedFolder staged(path_);
-        write_whole_file(staged.path() / "a.csv", "a");
-        staged.publish();
-    }
-    EXPECT_EQ(entries(), 2);
-    EXPECT_TRUE(fs::exists(path_ / "mine.txt"));
 }
 
 }  // namespace

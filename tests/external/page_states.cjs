@@ -45,6 +45,7 @@ async function twoSensors(browser, html, check, pictures) {
     return window.tricoil.poses;
   });
   await wait(count => window.tricoil.poses >= count + 10, cleared);
+  await page.click('#follow');  // the camera stays
   const drawn = await settledScene(page);
   status = {confined_to: [[1, 0, 0], [1, 0, 0]]};
   await wait(() => window.tricoil.status.confined_to.length === 2);
@@ -115,6 +116,15 @@ async function troubles(browser, html, check, pictures) {
         `${flag}: "${await text(page, '#reason')} ${await text(page, '#remedy')}"`);
     await wait(source => new RegExp(`^Sensor 1: .*${source}`).test(document.querySelector('#announcement').textContent), sentence.source);
     check(true, `a screen reader is told: ${await text(page, '#announcement')}`);
+    if (flag === 'no_sensor') {
+      present = {flags: ['no_sensor', 'stale']};
+      await wait(() => window.tricoil.newest.names.join() === 'no_sensor,stale' && window.tricoil.link === 'live');
+      check(/No sensor found/.test(await text(page, '#reason')), 'a sensor that is unplugged for long is not taken for a silent device');
+      const numbers = () =>
+          page.$$eval('#numbers dd:not([data-unit]), #jitter, #snr, #expected, #distortion', parts => parts.map(part => part.textContent).join(' '));
+      await wait(() => document.querySelector('#snr').textContent === '–');
+      check(!/\d/.test(await numbers()), `beside "No sensor found" there is no number: ${await numbers()}`);
+    }
     if (flag !== 'distorted') continue;
     await wait(() => document.querySelector('#expected').textContent === '6.48');
     check(await page.getAttribute('#distortion_bar', 'data-over') === 'true', 'metal widens the expected error, and its tile is marked');

@@ -21,8 +21,8 @@ const drawn = page => page.evaluate(() => {
 
 async function steps(browser, html, check, pictures) {
   const {server, page, errors, wait, close} = await openPage(browser, html, {viewport: {width: 640, height: 480}});
-  const greet = (more = {}) =>
-      server.write(`data: ${JSON.stringify({hello: {...hello, source: {kind: 'simulation', tour: kSteps}, ...more}, status: running, poses: []})}\n\n`);
+  const greet = (more = {}) => server.write(
+      `data: ${JSON.stringify({hello: {...hello, source: {kind: 'simulation', tour: kSteps}, ...more}, status: running, poses: []})}\n\n`);
   let now = 1.7e12;
   let tour = null;
   /// An event with poses of 1.5 s whose error is `mm`.
@@ -50,10 +50,10 @@ async function steps(browser, html, check, pictures) {
       'the tour shows its steps and the sentence of this one');
   check(await text(page, '#source') === 'simulation' && await text(page, '#error_with') === '–', 'the page says that it is a simulation');
   send(3, 3);
-  await wait(() => window.tricoil.scene.sensors.get(0).truth.shaft.scale.y > 0.02);
+  await wait(() => window.tricoil.scene.sensors.get(0).truth.shaft.scale.y > 0.01);
   const {length_mm} = await drawn(page);
   check(
-      Math.abs(length_mm - 60) < 0.01 && /arrow: its error, drawn x20/.test(await text(page, '#truth')),
+      Math.abs(length_mm - 30) < 0.01 && /arrow: error, drawn x10/.test(await text(page, '#truth')),
       `an error of 3 mm is an arrow of ${length_mm.toFixed(1)} mm from the true sensor, and the scale is stated`);
   await page.evaluate(() => {
     const choice = document.querySelector('#error_scale');
@@ -125,7 +125,9 @@ async function demo(browser, check, program) {
     check(without > 1 && compensated < 0.2 * without, `the demo's motion error falls from ${without} mm to ${compensated} mm`);
     check(await text(page, '#source') === 'simulation', 'the demo is a simulation');
     await page.close();
-  } finally { child.kill('SIGKILL'); }
+  } finally {
+    child.kill('SIGKILL');
+  }
 }
 
 module.exports = async function pageTour(browser, html, check, pictures, program) {

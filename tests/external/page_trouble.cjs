@@ -1,6 +1,6 @@
 // The live page with a server in trouble: it dies, stalls, sends damaged messages, or its clock jumps.
 const {openPage, text, whileSending} = require('./page_check.cjs');
-const {sample} = require('./scripted_server.cjs');
+const {hello, running, sample} = require('./scripted_server.cjs');
 
 module.exports = async function pageTrouble(browser, html, check) {
   const {server, page, errors, wait, close} = await openPage(browser, html);
@@ -58,6 +58,12 @@ module.exports = async function pageTrouble(browser, html, check) {
   while (!server.connected()) await page.waitForTimeout(50);
   await untilGood();
   check((await history()).length > kept, 'after the restart the page is live again, and keeps its history');
+  const columns = [...hello.columns.slice(1), 'sensor'];
+  server.write(`data: ${JSON.stringify({hello: {...hello, columns}, status: running, poses: []})}\n\n`);
+  await wait(() => /replaced by another version: reload this page/.test(document.querySelector('#problem').textContent));
+  server.write(`data: ${JSON.stringify({hello, status: running, poses: []})}\n\n`);
+  await wait(() => document.querySelector('#problem').textContent === '');
+  check(true, 'a page that a newer server does not know asks to be loaded again');
   check(errors.length === 0, `no errors in the page ${errors.join('; ')}`);
   await close();
 };

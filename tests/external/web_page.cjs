@@ -5,7 +5,9 @@ const fs = require('fs');
 const http = require('http');
 const os = require('os');
 const path = require('path');
-const parts = ['page_states', 'page_tour', 'page_plots', 'page_work', 'page_trouble'].map(name => require(`./${name}.cjs`));
+const {gzipSync} = require('zlib');
+const parts = ['page_states', 'page_tour', 'page_view', 'page_plots', 'page_layout', 'page_work', 'page_access', 'page_trouble'].map(
+    name => require(`./${name}.cjs`));
 const [modules, program, pictures] = process.argv.slice(2);
 const {chromium} = require(path.join(modules, 'node_modules', 'playwright-core'));
 
@@ -67,8 +69,7 @@ async function refuseStrangers(url, controls) {
 
 /// Records under a name, and plays the recording.
 async function recordAndPlay(page, server, folder) {
-  const answers = pattern =>
-      page.waitForFunction(source => new RegExp(source).test(document.querySelector('#answer').textContent), pattern.source);
+  const answers = pattern => page.waitForFunction(source => new RegExp(source).test(document.querySelector('#answer').textContent), pattern.source);
   const start = async name => {
     await page.click('#record');
     await page.fill('#record_name', name);
@@ -124,7 +125,9 @@ async function withoutWebGl(url) {
     const note = await page.textContent('#ellipsoid');
     check(/does not support WebGL/.test(note) && /^[−\d.]+$/.test(await page.textContent('#p0')), 'without WebGL numbers and plots continue');
     if (pictures) await page.screenshot({path: path.join(pictures, 'no-webgl.png')});
-  } finally { await browser.close(); }
+  } finally {
+    await browser.close();
+  }
 }
 
 async function main() {
@@ -132,12 +135,13 @@ async function main() {
   let server = await serve(0, folder);
   const port = Number(new URL(server.url).port);
   // Only the 3D view is drawn as by a graphics processor: emulating it for the rest of the page, as Chromium would, takes longer.
-  const drawing = ['--use-gl=angle', '--use-angle=swiftshader', '--disable-gpu-rasterization', '--disable-accelerated-2d-canvas', '--disable-gpu-compositing'];
+  const drawing =
+      ['--use-gl=angle', '--use-angle=swiftshader', '--disable-gpu-rasterization', '--disable-accelerated-2d-canvas', '--disable-gpu-compositing'];
   const browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: ['--no-sandbox', ...drawing]});
   try {
     const html = (await request(server.url, {})).text;
     const size = Buffer.byteLength(html);
-    check(size < 1e6, `the page has ${size} bytes, less than a million`);
+    check(size < 1e6 && gzipSync(html).length < 1e6 / 4, `the page has ${size} bytes, compressed ${gzipSync(html).length}`);
     await refuseStrangers(server.url, server.controls);
 
     const page = await newPage(browser, {viewport: {width: 1280, height: 800}});
@@ -171,6 +175,7 @@ async function main() {
     if (pictures) await page.screenshot({path: path.join(pictures, 'desktop.png')});
 
     check(!page.url().includes('token'), 'the token is not in the address bar');
+    await page.waitForFunction(() => document.body.dataset.usable === 'true');
     await page.keyboard.press('b');
     await page.waitForFunction(() => window.tricoil.boresight);
     await page.keyboard.press('u');
@@ -182,8 +187,7 @@ async function main() {
         await page.textContent('#run') === 'Start' && /Coils are off/.test(await page.textContent('#reason')),
         'the button asks, and then stops the tracker');
     await page.waitForFunction(() => document.body.dataset.link === 'silent');
-    await page.waitForFunction(
-        () => window.tricoil.newest.names.includes('stale') && document.querySelector('#state').textContent === '');
+    await page.waitForFunction(() => window.tricoil.newest.names.includes('stale') && document.querySelector('#state').textContent === '');
     check(await page.evaluate(() => document.body.dataset.usable === 'false'), 'after a stop the last pose is stale, and no state is shown');
     await page.locator('body').press(' ');
     await page.waitForFunction(() => window.tricoil.status.running);

@@ -1,7 +1,7 @@
 // Preloaded into a program: makes one call of the C library fail, or delays all calls of the file system.
 //
-// TRICOIL_FAULT="CALL:COUNT:ERRNO:PATH": the COUNT-th (from 1) call of CALL (open, read, write, fsync, rename) on a file whose
-// path contains PATH fails with the number ERRNO, and so do all later calls; with "CALL!" only that call fails.
+// TRICOIL_FAULT="CALL:COUNT:ERRNO:PATH": the COUNT-th (from 1) call of CALL (open, read, write, fsync, rename, close) on a file
+// whose path contains PATH fails with the number ERRNO, and so do all later calls; with "CALL!" only that call fails.
 // TRICOIL_FAULT="delay:MS:0:PATH": every call on a path that contains PATH begins MS milliseconds later. Also those are delayed
 // that never fail.
 #include <dirent.h>
@@ -135,6 +135,16 @@ ssize_t writev(int descriptor, const iovec* parts, int count) {
 int fsync(int descriptor) {
     static const auto real = next<int (*)(int)>("fsync");
     return fails("fsync", descriptor) ? -1 : real(descriptor);
+}
+
+int close(int descriptor) {
+    static const auto real = next<int (*)(int)>("close");
+    const bool has_failed = fails("close", descriptor);  // before the path of the descriptor is lost
+    const int result = real(descriptor);
+    if (has_failed) {
+        errno = fault().error;
+    }
+    return has_failed ? -1 : result;
 }
 
 int fdatasync(int descriptor) {

@@ -198,7 +198,7 @@ TEST_F(Faults, RecordingOnAFailingDiskIsReported) {
     const std::string journal = folder + "/inputs.csv";  // never renamed
     const std::vector<std::pair<std::string, std::string>> faults = {{"open", folder},   {"write", folder}, {"fsync", folder},
                                                                      {"rename", folder}, {"open", journal}, {"write", journal},
-                                                                     {"fsync", journal}};
+                                                                     {"fsync", journal}, {"close", journal}};
     for (const auto& [call, path] : faults) {
         fs::remove_all(folder);
         const auto result = tricoil_with_fault("run --scenario still --duration 1 --json --record " + folder, call, 1, EIO, path);

@@ -19,10 +19,11 @@ HERE = pathlib.Path(__file__).resolve().parent
 STAGE = "stage/soYoutZup_seYoutZup_1.dat"
 SIMULATED = "--scenario still --duration 0.3"
 COILS = "--model concentric"
+DESIGN = "--turns 40 --radius 0.03 --current 1 --noise 3e-9"
 # Options with a name of a file or folder that is read.
-INPUTS = {"--calibration", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory"}
+INPUTS = {"--board", "--calibration", "--chain", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--imu", "--joints", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory", "--wiring"}
 STDOUT = "standard output"
-PYTHON = {"demodulate"}  # commands that need the Python package
+PYTHON = {"bench", "calibrate pivot", "calibrate wiring", "demodulate", "design", "figures", "plot", "truth"}  # commands that need the Python package
 
 
 class Elsewhere(str):
@@ -35,7 +36,7 @@ TRACKER_BOARD = Elsewhere("only a tracker board obeys; its line is printed like 
 ROWS = {
     "run": {STDOUT: SIMULATED, "--record": SIMULATED + " --record {out}", "--out": SIMULATED + " --out {out}",
             "--json-lines": SIMULATED + " --json-lines -", "--couplings": SIMULATED + " --couplings {out}",
-            "--samples": SIMULATED + " --tracker fixed-direct --samples {out}"},
+            "--record-wav": SIMULATED + " --record-wav {out}", "--samples": SIMULATED + " --tracker fixed-direct --samples {out}"},
     "serve": {STDOUT: SIMULATED + " --web 0", "--json-lines": SIMULATED + " --json-lines -", "--record": SIMULATED + " --web 0 --record {out}",
               "--token-file": SIMULATED + " --web 0 --token-file {out}",
               "--record-folder": Elsewhere("RecordingSwitchTest.ReportsAFailedRecordingWithItsReason, SlowDisk.ARecordingFromThePageDelaysNoPose")},
@@ -57,11 +58,14 @@ ROWS = {
                                "--blob": "--calibration coils.toml --out room.toml --blob {out} soYoutZup_seYoutZup_table.csv"},
     "calibrate low-band": {STDOUT: "--calibration coils.toml --out both.toml turned", "--out": "--calibration coils.toml --out {out} turned"},
     "calibrate pivot": {STDOUT: "pivot1", "--out": "pivot1 --out {out}"},
-    "calibrate wiring": {STDOUT: "--at 0.4,0.2,0.1 frames.csv"},
+    "calibrate wiring": {STDOUT: "--at 0.4,0.2,0.1 frames.csv", "--out": "--at 0.4,0.2,0.1 --out {out} frames.csv"},
     "evaluate": {STDOUT: f"--calibration coils.toml {STAGE}", "--out": f"--calibration coils.toml --out {{out}} {STAGE}"},
     "couplings": {STDOUT: "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out bands.csv",
                   "--out": "--high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out {out}"},
+    "bench": {STDOUT: "divots.csv --board board.csv", "--out": "divots.csv --board board.csv --out {out}"},
     "demodulate": {STDOUT: "capture.csv --carrier-hz 10000 --rate-hz 200000", "--out": "capture.csv --carrier-hz 10000 --rate-hz 200000 --out {out}"},
+    "design": {STDOUT: DESIGN, "--plot": DESIGN + " --plot {out}.svg", "--scenario": DESIGN + " --scenario {out}.toml", "--grid-pdf": "--grid-pdf {out}.pdf"},
+    "truth": {STDOUT: "optics.csv", "--out": "optics.csv --out {out}", "--plot": "optics.csv --plot {out}.svg"},
     "device list": {STDOUT: ""},
     "device info": {STDOUT: "{device}"},
     "device watch": {STDOUT: "{device} --duration 0.5"},
@@ -75,7 +79,7 @@ ROWS = {
     "doctor": {STDOUT: ""},
     "selfcheck": {STDOUT: ""},
     "protocol": {STDOUT: "", "--dbc": "--dbc {out}", "--page": "--page {out}"},
-    "motion": {STDOUT: "--example I", "--out": "--example I --out {out}", "--plot": "--poses take/poses.csv --timing tdm:3/720 --plot {out}.svg"},
+    "motion": {STDOUT: "--example I", "--out": "--example I --out {out}", "--plot": "--poses take/poses.csv --timing tdm:3/720 --plot {out}.svg", "--plan": "--plan {out}"},
     "figures": {STDOUT: "--out pictures", "--out": "--out {out}"},
     "help": {STDOUT: "run"},
     "completion": {STDOUT: "bash"},

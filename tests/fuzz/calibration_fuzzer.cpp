@@ -1,9 +1,11 @@
-// Random bytes as a calibration: TOML of coils or of a tip, or a blob with a corrected CRC, so that its numbers are read. An
-// accepted calibration can be written and read again.
+// Random bytes as a calibration: TOML of coils, of a tip or of the wiring, or a blob with a corrected CRC, so that its numbers
+// are read. An accepted calibration can be written and read again.
+#include <cmath>
 #include <cstring>
 
 #include "board/support/calibration_file.hpp"
 #include "board/support/tool_tip.hpp"
+#include "board/support/wiring_file.hpp"
 #include "core/base/crc32.hpp"
 #include "core/calibration/blob.hpp"
 #include "tests/fuzz/input_file.hpp"
@@ -27,6 +29,15 @@ void as_tip(std::string_view text) {
     fuzz::accept_or_refuse([&] {
         const auto tip = host::read_tip(fuzz::input_file("tip.toml", text));
         if (host::read_tip(fuzz::input_file("again.toml", host::to_toml(tip))).tip_m != tip.tip_m) {
+            std::abort();
+        }
+    });
+}
+
+void as_wiring(std::string_view text) {
+    fuzz::accept_or_refuse([&] {
+        const auto wiring = host::read_wiring(fuzz::input_file("wiring.toml", text));
+        if (std::abs(wiring.sensor.matrix().determinant() * wiring.source.matrix().determinant()) != 1) {
             std::abort();
         }
     });
@@ -56,6 +67,7 @@ void as_blob(std::span<const std::uint8_t> bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {  // NOLINT(readability-identifier-naming)
     if (size > 0 && data[0] == '#') {
         as_tip(fuzz::text_of(data, size));
+        as_wiring(fuzz::text_of(data, size));
     } else if (size > 0 && data[0] % 2 == 0) {
         as_toml(fuzz::text_of(data + 1, size - 1));
     } else if (size > 0) {

@@ -23,7 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (event == linux_board::SessionEvent::column && !session.column().in_phase.allFinite()) {
             std::abort();
         }
-        if (event == linux_board::SessionEvent::pose && !session.pose().position_m.allFinite()) {
+        if (event == linux_board::SessionEvent::pose && session.pose().valid() && !session.pose().position_m.allFinite()) {
             std::abort();
         }
         session.service(now);

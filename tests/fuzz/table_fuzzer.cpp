@@ -1,17 +1,11 @@
-// Random text as a table of couplings: at known poses, without poses, on a grid; or as poses.
+// Random text as a table of couplings: at known poses, without poses, or on a grid.
 #include "board/host/calibration/frame_file.hpp"
-#include "board/host/calibration/pivot_poses.hpp"
 #include "board/host/calibration/pose_set.hpp"
 #include "tests/fuzz/input_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {  // NOLINT(readability-identifier-naming)
     using namespace tricoil;
     if (size == 0) {
-        return 0;
-    }
-    if (data[0] == '{' || data[0] == 's') {  // the first character of JSON lines, or of a header
-        const std::string poses = fuzz::input_file("poses", fuzz::text_of(data, size));
-        fuzz::accept_or_refuse([&] { (void)host::read_pivot_poses(poses, std::nullopt); });
         return 0;
     }
     const std::string path = fuzz::input_file("soOx_seEx.csv", fuzz::text_of(data + 1, size - 1));

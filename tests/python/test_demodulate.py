@@ -75,6 +75,13 @@ class ToneFits(unittest.TestCase):
             np.testing.assert_allclose(amplitude[0], z, atol=1e-12)
             self.assertLess(noise.max(), 1e-12)
 
+    def test_hum_and_drift_are_removed(self):
+        n = np.arange(200)
+        hum = sum(np.sin(2 * np.pi * 50 * harmonic * n / 48_000 + harmonic) / harmonic for harmonic in (1, 3, 5))  # 0.2 of a period
+        tones = np.cos(2 * np.pi * np.outer(n, (32, 42, 56)) / 200).sum(axis=1)
+        amplitude, _ = ToneFit(2 * np.pi * np.array([32, 42, 56]) / 200, 200).fit((tones + hum + 0.1 * n / 200)[None, :, None])
+        np.testing.assert_allclose(amplitude[0, 0], 1, atol=1e-4)  # without a polynomial: 1e-2
+
     def test_noise_is_that_of_a_sample(self):
         values = np.random.default_rng(1).normal(0, 0.3, (400, 60, 4))
         _, noise = ToneFit(np.array([0.3]), 60).fit(values)
@@ -125,7 +132,7 @@ class Arrays(unittest.TestCase):
         self.assertEqual(len(rows), found["repeats"])
         np.testing.assert_allclose(rows["x"].mean(axis=0), found["mean"], atol=1e-12)
         np.testing.assert_allclose(np.diff(rows["time_s"]), found["block_samples"] / RATE_HZ)
-        self.assertAlmostEqual(rows["time_s"][0], found["block_samples"] / RATE_HZ / 2)
+        self.assertAlmostEqual(rows["time_s"][0], (found["block_samples"] - 1) / RATE_HZ / 2)
         np.testing.assert_allclose(rows["sigma"], np.mean(found["scatter"]), rtol=0.5)
 
     def test_coils_in_turn(self):
@@ -150,6 +157,16 @@ class Arrays(unittest.TestCase):
         values = in_turn()
         values[..., 1] *= -1
         np.testing.assert_allclose(abs(np.array(tricoil.demodulate(values, 10_000, rate_hz=200_000)["mean"])), abs(X), atol=1e-3)
+
+    def test_wiring(self):
+        values = at_once(noise=0)
+        straight = tricoil.demodulate(values, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4)
+        crossed = values[:, [1, 0, 2, 3]] * [1, -1, 1, 1]
+        for wiring in (tricoil.Wiring((2, -1, 3), (1, 2, 3)), tricoil.Wiring((2, -1, -3), (-1, 2, 3))):
+            found = tricoil.demodulate(crossed, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4, wiring=wiring)
+            sign = np.array([[1, 1, 1], [1, 1, 1], [np.sign(wiring.sensor[2])] * 3]) * np.sign(wiring.source)
+            np.testing.assert_allclose(np.array(found["mean"]) * sign, straight["mean"], atol=1e-9)
+            self.assertEqual(found["sensor_channels"], [1, 0, 2])
 
     def test_errors_have_the_names_of_arguments(self):
         values = in_turn()

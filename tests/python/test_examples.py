@@ -18,10 +18,10 @@ def outputs(notebook, key):
 
 
 class Notebooks(unittest.TestCase):
-    def execute(self, name):
+    def execute(self, name, has_outputs=False):
         """Runs a notebook in a new kernel and returns it with its outputs. The home folder stays unused."""
         notebook = nbformat.read(FOLDER / name, as_version=4)
-        self.assertEqual(outputs(notebook, "output_type"), [], "the stored notebook has outputs")
+        self.assertEqual(bool(outputs(notebook, "output_type")), has_outputs, "the stored notebook's outputs")
         with tempfile.TemporaryDirectory() as folder:
             folders = {key: folder for key in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_CONFIG_DIR", "MPLCONFIGDIR")}
             with mock.patch.dict(os.environ, {**folders, "PYDEVD_DISABLE_FILE_VALIDATION": "1"}):
@@ -31,7 +31,7 @@ class Notebooks(unittest.TestCase):
         return notebook
 
     def test_all_are_tested(self):
-        tested = {"figures_of_the_paper.ipynb", "metal.ipynb", "motion_errors.ipynb"}
+        tested = {"figures_of_the_paper.ipynb", "metal.ipynb", "motion_errors.ipynb", "motion_of_my_tracker.ipynb"}
         self.assertEqual({path.name for path in FOLDER.iterdir() if path.suffix == ".ipynb"}, tested)
 
     def test_figures_of_the_paper(self):
@@ -46,6 +46,17 @@ class Notebooks(unittest.TestCase):
     def test_motion_errors(self):
         notebook = self.execute("motion_errors.ipynb")
         self.assertEqual(sum("image/png" in data for data in outputs(notebook, "data")), 2)
+
+    def test_motion_of_my_tracker(self):
+        """On the simulated motion, of which the page shows the outputs, and on a recorded one if there is one."""
+        stored = outputs(nbformat.read(FOLDER / "motion_of_my_tracker.ipynb", as_version=4), "text")
+        self.assertIn("simulated motion: 2399 poses", stored[0])
+        folders = [None, *filter(None, [os.environ.get("TRICOIL_DATA_DIR")])]
+        for folder in folders:
+            with mock.patch.dict(os.environ, {"TRICOIL_DATA_DIR": folder or "/nowhere"}):
+                notebook = self.execute("motion_of_my_tracker.ipynb", has_outputs=True)
+            self.assertEqual(sum("image/png" in data for data in outputs(notebook, "data")), 2)
+            self.assertIn("recorded motion" if folder else "simulated motion", outputs(notebook, "text")[0])
 
 
 if __name__ == "__main__":

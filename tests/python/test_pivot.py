@@ -34,6 +34,23 @@ class Pivot(unittest.TestCase):
             np.testing.assert_allclose(result["tip_m"], tricoil.pivot(tricoil.load(take))["tip_m"], atol=1e-9)
             self.assertTrue(os.path.exists(out))
 
+    def test_poses_of_any_tracker_without_deviations(self):
+        """The standard deviations of the tip are then those of the residuals; they are honest."""
+        poses = self.run_.poses[self.run_.poses["valid"]]
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "other.csv")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("sensor,time_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz\n")
+                file.writelines(f"2,{1e3 * row['time_s']:.3f}," + ",".join(map(repr, [*(1e3 * row["position_m"]).tolist(), *row["quaternion_wxyz"].tolist()])) + "\n"
+                                for row in poses)
+            result = tricoil.pivot(path)
+            self.assertEqual((result["sensor"], result["poses"], result["warnings"]), (2, len(poses), []))
+            self.assertEqual(tricoil.command("calibrate pivot", path)["tip_m"], result["tip_m"])
+        error = np.array(result["tip_m"]) - TRUE_TIP_M
+        self.assertLess(np.linalg.norm(error), 5e-5)
+        self.assertLess(error @ np.linalg.solve(result["tip_covariance_m2"], error), 16.3)
+        self.assertAlmostEqual(result["residual_sigmas"], 1, delta=0.3)
+
     def test_bad_input(self):
         poses = self.run_.poses
         broken = poses.copy()
@@ -50,10 +67,10 @@ class Pivot(unittest.TestCase):
             (mixed, {"sensor": 7}, "sensor: must be 0 to 3"),
             (poses[:0], {}, "0 valid poses"),
             (still, {}, "does not determine the tip"),
-            ("nowhere", {}, "nowhere"),
         ):
             with self.assertRaisesRegex(ValueError, message):
                 tricoil.pivot(value, **options)
+        self.assertRaisesRegex(OSError, "nowhere", tricoil.pivot, "nowhere")
         with tricoil.open("sim:still") as source, self.assertRaisesRegex(ValueError, "covariance_m2: has shape"):
             source.set_tip((0, 0, 0), covariance_m2=[1, 2, 3])
 

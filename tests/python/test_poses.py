@@ -248,6 +248,21 @@ class Poses(unittest.TestCase):
         self.write(text)
         self.agree(rate_hz=100)
 
+    def test_standard_deviations(self):
+        """They have the unit of their names; a file that has none for a pose has none."""
+        names = ("std_x_mm", "std_y_mm", "std_z_mm", "std_rx_rad", "std_ry_rad", "std_rz_rad")
+        stated = {name: np.full(COUNT, n + 1.0) for n, name in enumerate(names)}
+        self.write(self.table(self.plain(**stated)))
+        poses = self.agree()
+        np.testing.assert_allclose(poses.deviation[0], (1e-3, 2e-3, 3e-3, 4, 5, 6))
+        for value in ("", "inf"):
+            self.write(self.table(self.plain(**{**stated, "std_y_mm": [value] + ["1"] * (COUNT - 1)})))
+            self.assertIsNone(self.agree().deviation)
+        self.write(self.table(self.plain(**{**stated, "std_y_mm": ["1", "-1"] + ["1"] * (COUNT - 2)})))
+        self.refused(":3: a standard deviation is negative")
+        self.write(self.table(self.plain()))
+        self.assertIsNone(self.agree().deviation)
+
     def test_own_files(self):
         take = os.path.join(os.path.dirname(self.path), "take")
         tricoil.run("hand", duration_s=0.5, record=take, fidelity="columns")

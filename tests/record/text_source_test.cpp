@@ -149,14 +149,20 @@ TEST(LineInput, DatagramsAreLines) {
     EXPECT_THAT(lines_of(input, 4), ::testing::ElementsAre("one", "two", "three", "four"));
 }
 
-TEST(LineInput, AnEndlessLineIsCut) {
+TEST(LineInput, AnEndlessLineIsCutAndItsRestIsNoLine) {
     const int port = free_port(SOCK_STREAM);
     linux_board::LineInput input("columns:", "tcp:" + std::to_string(port));
-    std::thread client([&] { send_to(SOCK_STREAM, port, std::vector<std::string>(50, std::string(10'000, 'x'))); });
-    const auto lines = lines_of(input, 7);
+    std::vector<std::string> parts(101, std::string(10'000, 'x'));
+    parts[50] = "\nnext\n";
+    std::thread client([&] { send_to(SOCK_STREAM, port, parts); });
+    auto lines = lines_of(input, 3);
     client.join();
-    ASSERT_EQ(lines.size(), 7U);
-    EXPECT_EQ(lines.front().size(), linux_board::LineInput::kLongestLine);
+    ASSERT_EQ(lines.size(), 3U);
+    EXPECT_EQ(lines[0].size(), linux_board::LineInput::kLongestLine);
+    EXPECT_EQ(lines[1], "next");
+    EXPECT_EQ(lines[2].size(), linux_board::LineInput::kLongestLine);
+    send_to(SOCK_STREAM, port, {"of another client\n"});
+    EXPECT_THAT(lines_of(input, 1), ::testing::ElementsAre("of another client"));
 }
 
 std::string column_line(int state, int time_us) {

@@ -9,12 +9,15 @@
 #include <filesystem>
 #include <thread>
 
+#include "board/support/errors.hpp"
 #include "tests/cli/cli_runner.hpp"
 
 namespace tricoil::test {
 namespace {
 
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 namespace fs = std::filesystem;
 
 /// Limits the size of all files of this process during the lifetime of the object.
@@ -53,6 +56,16 @@ protected:
         }
     }
 
+    /// The text for the client; empty if a recording starts.
+    std::string refusal_of(const std::string& name) {
+        try {
+            recordings_.record(true, name);
+            return "";
+        } catch (const host::InputError& refusal) {
+            return refusal.what();
+        }
+    }
+
     std::string folder_ = path_in_temp("recordings");
     host::RecordingSwitch recordings_{folder_, {{"kind", "test"}}};
 };
@@ -70,6 +83,7 @@ TEST_F(RecordingSwitchTest, ReportsAFailedRecordingWithItsReason) {
     }
     EXPECT_THAT(begun, HasSubstr("recording into"));
     EXPECT_FALSE(status.on);
+    EXPECT_THAT(status.error, StartsWith("20"));  // its name, without the path of the folder
     EXPECT_THAT(status.error, HasSubstr("recording ended early"));
     EXPECT_EQ(ended, "no recording is running");
 
@@ -82,21 +96,26 @@ TEST_F(RecordingSwitchTest, ReportsAFailedRecordingWithItsReason) {
 }
 
 TEST_F(RecordingSwitchTest, RefusesAFolderThatCannotBeWritten) {
-    std::string answer;
     {
         const FullDisk full(64);
-        answer = recordings_.record(true);
+        EXPECT_THAT(refusal_of(""), EndsWith("Z: cannot start a recording; is the disk full?"));
     }
-    EXPECT_THAT(answer, HasSubstr("cannot start a recording; is the disk full?"));
     EXPECT_FALSE(recordings_.status().on);
     EXPECT_TRUE(fs::is_empty(folder_));
 }
 
+TEST_F(RecordingSwitchTest, RefusalsDoNotNameTheFolder) {
+    fs::remove(folder_);
+    write_file(fs::path(folder_).filename(), "");
+    EXPECT_EQ(refusal_of("take"), "take: cannot create the folder (Not a directory); choose another --record");
+    fs::remove(folder_);
+}
+
 TEST_F(RecordingSwitchTest, AcceptsNamesThatStayInTheFolder) {
     for (const char* bad : {"../take", ".take", "-take", "a/b", " a", "a ", "a\nb", "a\"b", "\xc3\xa4"}) {
-        EXPECT_THAT(recordings_.record(true, bad), HasSubstr("the name may have")) << bad;
+        EXPECT_THAT(refusal_of(bad), HasSubstr("the name may have")) << bad;
     }
-    EXPECT_THAT(recordings_.record(true, std::string(65, 'a')), HasSubstr("the name may have"));
+    EXPECT_THAT(refusal_of(std::string(65, 'a')), HasSubstr("the name may have"));
     EXPECT_FALSE(recordings_.status().on);
     EXPECT_TRUE(fs::is_empty(folder_));
 
@@ -108,7 +127,7 @@ TEST_F(RecordingSwitchTest, AcceptsNamesThatStayInTheFolder) {
     EXPECT_GT(status.bytes, 10'000U);
     EXPECT_EQ(recordings_.record(false), "recorded");
     EXPECT_EQ(recordings_.status().name, "");
-    EXPECT_EQ(recordings_.record(true, "take 1"), "take 1 exists; choose another name");
+    EXPECT_EQ(refusal_of("take 1"), "take 1 exists; choose another name");
 }
 
 }  // namespace

@@ -112,6 +112,12 @@ TEST(ServePage, ControlsNeedTheToken) {
     EXPECT_NE(token_of(other.address("web_controls")), token);
 }
 
+TEST(ServePage, ARefusedRecordingIsNoSuccess) {
+    const Serving serving({"--web", "0", "--scenario", "still", "--open-controls"});
+    EXPECT_THAT(ask(serving.port("web"), R"({"record":true})", ""), HasSubstr("422"));  // without --record-folder
+    EXPECT_THAT(ask(serving.port("web"), R"({"record":false})", ""), HasSubstr("200"));
+}
+
 TEST(ServePage, ControlsAreOpenOrClosedByOption) {
     const Serving open({"--web", "0", "--scenario", "still", "--open-controls"});
     EXPECT_THAT(ask(open.port("web"), R"({"run":true})", ""), HasSubstr("200"));

@@ -1,4 +1,5 @@
 """Clients of `tricoil serve`: hostile clients, and one that reads the stream of the live page."""
+import http.client
 import json
 import os
 import socket
@@ -63,6 +64,29 @@ def browse(port, random, seconds):
         time.sleep(0.02)
     for line in lines:
         line.close()
+
+
+def get(port, path, token):
+    """Body of the page's answer to a request with the token."""
+    return request(port, "GET", path, token)
+
+
+def control(port, command, token):
+    """Executes a control request. Returns the page's answer."""
+    return request(port, "POST", "/control", token, json.dumps(command))
+
+
+def request(port, method, path, token, body=None):
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+    try:
+        connection.request(method, path, body, {"Authorization": f"Bearer {token}", "Content-Type": "application/json"})
+        answer = connection.getresponse()
+        text = answer.read().decode()
+    finally:
+        connection.close()
+    if answer.status != 200:
+        raise ValueError(f"{method} {path}: {answer.status}: {text}")
+    return text
 
 
 class Page(threading.Thread):

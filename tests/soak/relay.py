@@ -1,4 +1,5 @@
-"""Serial line between the simulated front end and the program. Simulates a pulled cable, damaged messages and jumps of the device clock."""
+"""Serial line between the simulated front end and the program. Simulates a pulled cable, damaged messages, an open source coil and jumps of the
+device clock."""
 import os
 import select
 import struct
@@ -10,6 +11,8 @@ import zlib
 
 COLUMN = 4  # message type
 TIME_AT = 6  # offset of the device time in every message
+STATE_AT = 15  # of the source coil in a column
+VALUES_AT, VALUES_END = 22, 46  # of the couplings in a column
 
 
 def decoded(frame):
@@ -52,6 +55,7 @@ class Relay(threading.Thread):
         self.master = None
         self.ahead_us = 0  # added to the device time of columns
         self.damage = 0.0  # share of messages that lose a byte
+        self.open_coil = 0  # source coil without current, 1-3
         self.partial = b""
         self.lock = threading.Lock()
         self.ends = False
@@ -92,7 +96,7 @@ class Relay(threading.Thread):
             os.write(self.front_end, os.read(master, 4096))
 
     def changed(self, data):
-        if self.ahead_us == 0 and self.damage == 0 and not self.partial:
+        if self.ahead_us == 0 and self.damage == 0 and self.open_coil == 0 and not self.partial:
             return data
         *frames, self.partial = (self.partial + data).split(b"\0")
         return b"".join(self.changed_frame(frame) for frame in frames)
@@ -103,5 +107,7 @@ class Relay(threading.Thread):
         message = decoded(frame)
         if message is None or message[1] != COLUMN:
             return frame + b"\0"
+        if message[STATE_AT] == self.open_coil:
+            message = message[:VALUES_AT] + bytes(VALUES_END - VALUES_AT) + message[VALUES_END:]
         now = struct.unpack_from("<q", message, TIME_AT)[0] + self.ahead_us
         return encoded(message[:TIME_AT] + struct.pack("<q", now) + message[TIME_AT + 8:])

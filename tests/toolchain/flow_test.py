@@ -200,7 +200,7 @@ class Test(FakeMachine):
 
     def test_other_parts(self):
         self.assertEqual(self.run_script("test", "--fuzz").returncode, 0)
-        self.assertEqual(self.parts(), ["install fuzz", "fuzz --round-robin 60"])
+        self.assertEqual(self.parts(), ["install fuzz", "fuzz 20"])
         self.calls.write_text("")
         self.assertEqual(self.run_script("test", "--kernel").returncode, 0)
         self.assertEqual(self.parts(), ["install kernel", "build host-release", "build nucleo-g474re", "ctest nucleo-g474re", "kernel ", "ctest host-release"])
@@ -217,7 +217,7 @@ class Test(FakeMachine):
         self.replace("toolchain/test-kernel", "exit 3")
         done = self.run_script("test", "--kernel", "--fuzz")
         self.assertEqual(done.returncode, 3)
-        self.assertEqual(self.parts()[-1], "fuzz --round-robin 60")
+        self.assertEqual(self.parts()[-1], "fuzz 20")
         self.assertIn("not run: test kernel: tests (needs test kernel: build)", done.stderr)
 
     def test_all_quick_parts_for_ci(self):
@@ -225,10 +225,10 @@ class Test(FakeMachine):
         done = self.run_script("../.ci/run")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.parts()[:len(self.QUICK)], self.QUICK)
-        for part in ("budgets qemu-an386", "budgets qemu-an385", "kernel ", "fuzz --round-robin 60"):
+        for part in ("budgets qemu-an386", "budgets qemu-an385", "kernel ", "fuzz 20"):
             self.assertIn(part, self.parts())
         self.assertEqual(done.stdout.splitlines()[-1], "100% tests passed, 0 tests failed out of 45")
-        done = self.run_script("../.ci/run", FINDING="60", FAILING="^quick$")
+        done = self.run_script("../.ci/run", FINDING="20", FAILING="^quick$")
         self.assertEqual(done.returncode, 1)
         self.assertIn("test: failed: host: quick tests; fuzzing", done.stderr)
         self.assertEqual(done.stdout.splitlines()[-1], "97% tests passed, 1 tests failed out of 42")

@@ -58,6 +58,38 @@ class Release(FakeMachine):
         self.commit("v1.3.0")
         self.refuses("are v1.3.0, but CMakeLists.txt has version 1.2.3: make them agree")
 
+    def make_key(self, name):
+        """The file of a new key, which signs tags."""
+        key = self.folder / name
+        subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", key], check=True)
+        return key
+
+    def sign(self, key):
+        self.git("-c", "gpg.format=ssh", "-c", f"user.signingkey={key}", "tag", "--force", "--sign", "--message", "1.2.3", "v1.2.3")
+
+    def list_signer(self, key):
+        self.write("toolchain/package/signers", f"a@b.invalid {key.with_suffix('.pub').read_text()}")
+        self.commit()
+
+    def test_tag_of_a_listed_key(self):
+        found = subprocess.run(["bash", "-c", "type -P ssh-keygen"], capture_output=True, text=True).stdout.strip()
+        (self.programs / "ssh-keygen").symlink_to(found)
+        key = self.make_key("key")
+        self.list_signer(key)
+        self.git("tag", "--force", "v1.2.3")
+        self.refuses("the tag v1.2.3 has no valid signature of toolchain/package/signers (error: v1.2.3: cannot verify a non-tag object")
+        self.sign(self.make_key("other"))
+        self.refuses("the tag v1.2.3 has no valid signature of toolchain/package/signers")
+        self.sign(key)
+        done = self.run_script("release", self.result)
+        self.assertEqual((done.returncode, done.stderr.splitlines()), (1, ["no compiler", "release: the wheel is not built"]))  # all checks passed
+        (self.programs / "ssh-keygen").unlink()
+        self.refuses("no ssh-keygen", status=3)
+
+    def test_without_a_key_the_signature_is_not_checked(self):
+        done = self.run_script("release", self.result)
+        self.assertIn("the signature of v1.2.3 is not checked: the project has no key yet", done.stdout)
+
     def test_changelog_of_another_version(self):
         self.write("toolchain/package/changelog", CHANGELOG.format("1.2.2", "unstable"))
         self.commit()

@@ -35,6 +35,12 @@ if(NOT CMAKE_CROSSCOMPILING)
   add_compile_options(-fPIC -fvisibility=hidden)
 endif()
 
+# No path of this machine in programs and libraries: assertions name files from the root of the sources. Debug information keeps the paths, for
+# debuggers. ccache may make paths relative to the build folder.
+if(NOT CMAKE_CROSSCOMPILING)
+  add_compile_options("$<$<CONFIG:Release>:-ffile-prefix-map=${TRICOIL_TREE}/=;-ffile-prefix-map=../../=>")
+endif()
+
 # Installed and built programs have the same RPATH, if any: absolute folders of libraries outside of the system's. CMake pads the RPATH of a
 # build that it changes at the installation with a colon, which makes the current folder part of it.
 set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)

@@ -5,12 +5,12 @@ import re
 
 
 def public_names(folder):
-    """Names in __all__, each with the module that defines it."""
+    """Names in __all__, each with the module that defines it, and its name there."""
     with open(os.path.join(folder, "__init__.py")) as file:
         tree = ast.parse(file.read())
-    module_of = {a.name: node.module for node in tree.body if isinstance(node, ast.ImportFrom) for a in node.names}
+    defined = {a.asname or a.name: (node.module, a.name) for node in tree.body if isinstance(node, ast.ImportFrom) for a in node.names}
     names = next(ast.literal_eval(node.value) for node in tree.body if isinstance(node, ast.Assign) and node.targets[0].id == "__all__")
-    return ast.get_docstring(tree), [(name, module_of[name]) for name in names if not name.startswith("__")]
+    return ast.get_docstring(tree), [(name, *defined[name]) for name in names if not name.startswith("__")]
 
 
 def text_of(docstring):
@@ -51,21 +51,21 @@ def methods(node):
             yield f"### {node.name}.{item.name}\n\n" + ("" if is_property else signature(item, item.name) + "\n\n") + text_of(ast.get_docstring(item))
 
 
-def section(name, tree):
+def section(name, tree, public_name):
     for node in tree.body:
         if isinstance(node, ast.FunctionDef) and node.name == name:
-            return f"{signature(node, name)}\n\n{text_of(ast.get_docstring(node))}"
+            return f"{signature(node, public_name)}\n\n{text_of(ast.get_docstring(node))}"
         if isinstance(node, ast.ClassDef) and node.name == name:
             return "\n\n".join([text_of(ast.get_docstring(node)), "\n".join(fields(node)), *methods(node)])
-        if isinstance(node, ast.Assign) and node.targets[0].id == name:
-            return f"```python\n{ast.unparse(node)}\n```"
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", None) == name:
+            return f"```python\n{public_name} = {ast.unparse(node.value)}\n```"
     raise ValueError(f"no definition of {name}")
 
 
 def page(folder):
     docstring, names = public_names(folder)
     parts = [f"# Python interface\n\n{text_of(docstring)}\n\nBuild and examples: [Python package](../board/python/README.md)."]
-    for name, module in names:
+    for name, module, own_name in names:
         with open(os.path.join(folder, module + ".py")) as file:
-            parts.append(f"## {name}\n\n{section(name, ast.parse(file.read()))}")
+            parts.append(f"## {name}\n\n{section(own_name, ast.parse(file.read()), name)}")
     return "\n\n".join(parts) + "\n"

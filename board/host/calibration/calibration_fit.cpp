@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <memory>
 #include <numeric>
 #include <set>
 #include <span>
@@ -71,11 +73,16 @@ std::vector<PoseFile> without(std::vector<PoseFile> files, const std::string& so
     return files;
 }
 
+class Fit;
+/// Fits of the files of one source fixture alone, by its name. They start every fit with several fixtures.
+using FitsAlone = std::map<std::string, std::unique_ptr<Fit>>;
+
 /// One fit: parameter blocks, Ceres problem and results.
 class Fit {
 public:
-    Fit(std::vector<PoseFile> files, const FitOptions& options)
-        : files_(std::move(files)), options_(options), fixtures_(files_, options.fixtures) {}
+    /// `alone` keeps the fits that this one needs first.
+    Fit(std::vector<PoseFile> files, const FitOptions& options, FitsAlone& alone)
+        : files_(std::move(files)), options_(options), fixtures_(files_, options.fixtures), alone_(alone) {}
 
     CalibrationFit run() {
         start();
@@ -165,23 +172,14 @@ private:
     /// Fits the files of each source fixture alone. The frame of the coils follows from the coils (see fit_calibration()), so
     /// that the fits have one frame, but for reversed coils. The fit with the smallest residual gives the coils.
     void start_together() {
-        std::vector<Fit> alone;
-        alone.reserve(source_.size());  // the problems point into the fits
+        std::vector<const Fit*> alone;
         for (std::size_t s = 0; s < source_.size(); ++s) {
-            std::vector<PoseFile> mine;
-            for (std::size_t f = 0; f < files_.size(); ++f) {
-                if (fixtures_.source_index[f] == s) {
-                    mine.push_back(files_[f]);
-                }
-            }
-            alone.emplace_back(std::move(mine), FitOptions{options_.model});
-            alone.back().start();
-            alone.back().fit_coils();
+            alone.push_back(&fit_alone(s));
         }
-        const auto is_better = [](const Fit& a, const Fit& b) {
-            return std::pair(a.left_handed_couplings_, a.loss_m_) < std::pair(b.left_handed_couplings_, b.loss_m_);
+        const auto is_better = [](const Fit* a, const Fit* b) {
+            return std::pair(a->left_handed_couplings_, a->loss_m_) < std::pair(b->left_handed_couplings_, b->loss_m_);
         };
-        const Fit& best = *std::min_element(alone.begin(), alone.end(), is_better);
+        const Fit& best = **std::min_element(alone.begin(), alone.end(), is_better);
         coupling_constant_ = best.coupling_constant_;
         start_rms_m_ = best.start_rms_m_;
         left_handed_ = best.left_handed_;
@@ -190,16 +188,33 @@ private:
         wiring_.resize(files_.size());
         for (const bool is_best : {true, false}) {
             for (std::size_t s = 0; s < alone.size(); ++s) {
-                if ((&alone[s] == &best) == is_best) {
-                    join(alone[s], s);
+                if ((alone[s] == &best) == is_best) {
+                    join(*alone[s], s);
                 }
             }
         }
         loss_m_ = kFirstLoss_m;
     }
 
+    const Fit& fit_alone(std::size_t s) {
+        std::unique_ptr<Fit>& kept = alone_[fixtures_.source_names[s]];
+        if (kept == nullptr) {
+            std::vector<PoseFile> mine;
+            for (std::size_t f = 0; f < files_.size(); ++f) {
+                if (fixtures_.source_index[f] == s) {
+                    mine.push_back(files_[f]);
+                }
+            }
+            auto fit = std::make_unique<Fit>(std::move(mine), FitOptions{options_.model}, alone_);
+            fit->start();
+            fit->fit_coils();
+            kept = std::move(fit);
+        }
+        return *kept;
+    }
+
     /// Takes over the fixtures of source fixture s, and its files with the signs of the coils that are already there.
-    void join(Fit& alone, std::size_t s) {
+    void join(const Fit& alone, std::size_t s) {
         refuse_if(alone.left_handed_ != left_handed_,
                   "{}: the stage turns in the opposite direction to that in the other files; calibrate them separately",
                   alone.files_[0].path);
@@ -220,11 +235,12 @@ private:
                 set_mount(m, mount);
                 mounted_.insert(m);
             }
-            wiring.correct(alone.files_[own]);
+            files_[f] = alone.files_[own];
+            wiring.correct(files_[f]);
             wiring_[f] = {alone.wiring_[own].transposed, wiring.source.cwiseProduct(alone.wiring_[own].source),
                           wiring.sensor.cwiseProduct(alone.wiring_[own].sensor)};
             wiring_[f].count_fewest();
-            files_[f] = std::move(alone.files_[own++]);
+            ++own;
         }
         const Rigid found = alone.source_of(0);
         set_source(s, {source.asDiagonal() * found.rotation, source.asDiagonal() * found.translation_m});
@@ -445,6 +461,7 @@ private:
     std::vector<PoseFile> files_;
     FitOptions options_;
     FixtureGroups fixtures_;
+    FitsAlone& alone_;
     double solves_ = 0;
     std::vector<Mat3<double>> source_start_, jig_start_, mount_start_;
     std::array<double, kMagnetic> magnetic_{};
@@ -472,11 +489,13 @@ void correct_files(const CalibrationFit& fit, std::vector<PoseFile>& files) {
     std::ranges::for_each(files, [&](PoseFile& file) { fit.wiring.at(file.path).correct(file); });
 }
 
-CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options) {
+namespace {
+
+CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options, FitsAlone& alone) {
     constexpr double kClearly = 1.25;
     constexpr double kExact = 1e-6;     // smaller residuals are equal
     constexpr std::size_t kFewest = 3;  // two mountings of the source fit each other almost always
-    Fit all(files, options);
+    Fit all(files, options, alone);
     const CalibrationFit with_all = all.run();
     double most = kClearly;
     std::string worst;
@@ -484,7 +503,7 @@ CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOpti
         if (with_all.source_stage.size() > kFewest) {
             double gain = 0;
             try {
-                const CalibrationFit fit = Fit(without(files, source), options).run();
+                const CalibrationFit fit = Fit(without(files, source), options, alone).run();
                 for (const auto& [path, residual] : fit.residual_rms_by_file) {
                     gain += std::max(with_all.residual_rms_by_file.at(path), kExact) / std::max(residual, kExact) /
                             static_cast<double>(fit.residual_rms_by_file.size());
@@ -502,7 +521,7 @@ CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOpti
         all.check();
         return with_all;
     }
-    CalibrationFit fit = fit_calibration(without(files, worst), options);
+    CalibrationFit fit = fit_calibration(without(files, worst), options, alone);
     for (const PoseFile& file : files) {
         if (source_fixture_name(file) == worst) {
             fit.warnings.push_back(
@@ -512,6 +531,13 @@ CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOpti
         }
     }
     return fit;
+}
+
+}  // namespace
+
+CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options) {
+    FitsAlone alone;
+    return fit_calibration(files, options, alone);
 }
 
 }  // namespace tricoil::host

@@ -153,7 +153,7 @@ std::string FileWiring::text() const {
     return text.empty() ? text : text.substr(2);
 }
 
-PoseFile read_pose_file(Table& table) {
+PoseFile read_pose_file(Table& table, const ChannelWiring& wiring) {
     PoseFile file;
     file.path = table.path();
     std::tie(file.source_fixture, file.sensor_fixture) = fixtures_of(std::filesystem::path(file.path).filename().string());
@@ -164,6 +164,7 @@ PoseFile read_pose_file(Table& table) {
             return;
         }
         file.poses.push_back(pose);
+        file.poses.back().rewire(wiring);
         file.poses.back().line = table.place().line;
         check_position(pose.stage_position_m, table.place());
         check_couplings(pose, table.place());
@@ -188,16 +189,17 @@ PoseFile read_pose_file(Table& table) {
     return file;
 }
 
-PoseFile read_pose_file(const std::string& path) {
+PoseFile read_pose_file(const std::string& path, const ChannelWiring& wiring) {
     Table table(path);
-    return read_pose_file(table);
+    return read_pose_file(table, wiring);
 }
 
-std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths, const std::vector<std::string>& fixtures) {
+std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths, const std::vector<std::string>& fixtures,
+                                      const ChannelWiring& wiring) {
     refuse_repeated(paths);
     std::vector<PoseFile> files;
     for (const std::string& path : paths) {
-        files.push_back(read_pose_file(path));
+        files.push_back(read_pose_file(path, wiring));
     }
     for (const std::string& given : fixtures) {
         const std::size_t equals = given.rfind('=');

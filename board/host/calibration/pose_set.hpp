@@ -55,12 +55,13 @@ std::optional<Mat3<double>> rotation_of_fixture(const std::string& name);
 /// +0.1-0.2i, (source 1, sensor 1), (source 2, sensor 1), ..., and optionally nine more of a second carrier, which are checked
 /// but not used.
 /// - PoseTable with CouplingColumns.
-PoseFile read_pose_file(const std::string& path);
-PoseFile read_pose_file(Table& table);
+PoseFile read_pose_file(const std::string& path, const ChannelWiring& wiring = {});
+PoseFile read_pose_file(Table& table, const ChannelWiring& wiring = {});
 
 /// All files; throws InputError also if one is named twice. fixtures: FILE=NAME, with NAME soSOURCE_seSENSOR or only the
 /// source's, instead of those in the file names.
-std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths, const std::vector<std::string>& fixtures = {});
+std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths, const std::vector<std::string>& fixtures = {},
+                                      const ChannelWiring& wiring = {});
 
 std::size_t count_poses(const std::vector<PoseFile>& files);
 

@@ -41,6 +41,8 @@ void check_files(const CalibrationFiles& files) {
         refuse_input_as_output("--out", files.out, inputs);
         refuse_input_as_output("--blob", files.blob, inputs);
     }
+    refuse_if(!files.blob.empty() && !files.wiring.empty(),
+              "--blob: not with --wiring, which no board reads; exchange and reverse the coils instead");
     std::error_code error;
     const auto place = [&](const std::string& path) {
         return std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);

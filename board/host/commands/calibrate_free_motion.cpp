@@ -27,13 +27,13 @@ constexpr double kLargestMisfit = 0.01;       // share of the couplings
 constexpr std::size_t kLeftHandedShare = 10;  // one column frame in ten may be left-handed
 
 /// Column frames, or the couplings of poses of a stage.
-std::vector<CouplingFrame> read_couplings(const std::string& path, double column_skew) {
+std::vector<CouplingFrame> read_couplings(const std::string& path, double column_skew, const ChannelWiring& wiring) {
     Table table(path);
     if (table.has_names() && !PoseTable::in(table)) {
-        return read_frames(table);
+        return read_frames(table, wiring);
     }
     refuse_if(column_skew != 0, "{}: holds poses of a stage; --column-skew is only for column frames in sequence", path);
-    const PoseFile file = read_pose_file(table);
+    const PoseFile file = read_pose_file(table, wiring);
     return {file.poses.begin(), file.poses.end()};
 }
 
@@ -118,11 +118,12 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Calibrat
     const signal::ConverterErrors stored = stored_converters(command.files);
     CalibrationFile file;
     LevelCount levels;
+    const ChannelWiring wiring = read_wiring(command.files.wiring);
     auto couplings = read_all(command.files.data, [&](const std::string& path) {
-        std::vector<CouplingFrame> one = read_couplings(path, command.column_skew);
+        std::vector<CouplingFrame> one = read_couplings(path, command.column_skew, wiring);
         levels += correct_converters(one, stored);
         if (command.column_skew != 0) {
-            one = deskewed(one, command.column_skew);
+            one = deskewed(one, command.column_skew, wiring.source);
         }
         remove_left_handed(path, one, warnings);
         return one;
@@ -188,6 +189,7 @@ void add_free_motion_calibration(CLI::App* calibrate, Action& action) {
     kind->add_option("--column-skew", c->column_skew,
                      "Time between columns, in frame periods (1/3 for TDM); columns are deskewed");
     add_hemisphere(kind, c->hemisphere);
+    wiring_file(kind, c->files.wiring);
     add_converters_from(kind, c->files);
     add_out_and_blob(kind, c->files);
     set_examples(kind, {{"gains and angles without ground truth", "tricoil calibrate free-motion --out gains.toml motion.csv"},

@@ -36,7 +36,7 @@ CalibrationFile calibrate_grid(const GridCommand& command, CalibrationReport& re
     Json& result = report.json;
     const signal::ConverterErrors stored = stored_converters(command.files);
     const Vec3<double> hemisphere = command.hemisphere.value_or(Vec3<double>::UnitX());
-    auto frames = read_grids(command.files.data, command.nodes);
+    auto frames = read_grids(command.files.data, command.nodes, read_wiring(command.files.wiring));
     const LevelCount levels = correct_converters(frames, stored);
     const Mat3<double> phase_rad = remove_own_phases(frames);
     const GridCalibration found = calibrate_on_grid(frames, 1e-3 * command.spacing_mm.value(), hemisphere, command.model);
@@ -81,6 +81,7 @@ void add_grid_calibration(CLI::App* calibrate, Action& action) {
     add_spacing(kind, c->spacing_mm)->required();
     add_nodes(kind, c->nodes);
     add_hemisphere(kind, c->hemisphere);
+    wiring_file(kind, c->files.wiring);
     add_converters_from(kind, c->files);
     add_out_and_blob(kind, c->files);
     set_examples(kind, {{"sensor placed by hand on a printed grid",

@@ -86,7 +86,7 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     if (command.stage_option->count() > 0) {
         options.stage = command.stage;
     }
-    auto files = read_pose_files(command.files.data, command.fixture_names);
+    auto files = read_pose_files(command.files.data, command.fixture_names, read_wiring(command.files.wiring));
     result["unknown_levels"] = correct_converters(files, stored).unknown;
     auto measured = files;
     (void)remove_own_phases(files);
@@ -149,6 +149,7 @@ void add_kind_on_stage(CLI::App* kind, const std::shared_ptr<StageCommand>& c, A
               "Errors of the stage to estimate: none (ideal), linear in the position in the turning frame (turning), also linear "
               "in the position in the room, and a uniform stray field (room; the default for several mountings of the source)");
     c->stage_option = kind->get_option("--stage");
+    wiring_file(kind, c->files.wiring);
     add_fixture_names(kind, c->fixture_names);
     add_out_and_blob(kind, c->files);
     set_fit(kind, action, c, calibrate_on_stage, stage_text);

@@ -39,13 +39,13 @@ SurroundingsData read_data(const SurroundingsCommand& command, const Calibration
     if (command.spacing_mm) {
         check_spacing(1e-3 * *command.spacing_mm);
         const auto& known = coils.calibration.hemisphere;
-        auto frames = read_grids(command.files.data, command.nodes);
+        auto frames = read_grids(command.files.data, command.nodes, read_wiring(command.files.wiring));
         result["unknown_levels"] = correct_converters(frames, coils.calibration.converters).unknown;
         remove_phases_of(frames, phase_rad);
         return data_on_grid(coils, frames, 1e-3 * *command.spacing_mm,
                             known.isZero(0) ? command.hemisphere.value_or(Vec3<double>::UnitX()) : known);
     }
-    auto files = read_pose_files(command.files.data);
+    auto files = read_pose_files(command.files.data, {}, read_wiring(command.files.wiring));
     result["unknown_levels"] = correct_converters(files, coils.calibration.converters).unknown;
     remove_phases_of(files, phase_rad);
     return command.refit_fixtures ? data_at_unknown_fixtures(coils, std::move(files))
@@ -114,6 +114,7 @@ void add_surroundings_calibration(CLI::App* calibrate, Action& action) {
     CLI::App* const kind = add_kind(
         calibrate, "surroundings", "Metal at rest relative to the source: virtual dipoles, added to the calibration of the coils",
         c->files, "Couplings at stage poses, or with --spacing-mm of nodes of a grid on several levels");
+    wiring_file(kind, c->files.wiring);
     add_coils(kind, c->files);
     CLI::Option* const spacing = add_spacing(kind, c->spacing_mm);
     add_nodes(kind, c->nodes)->needs(spacing);

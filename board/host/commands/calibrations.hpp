@@ -10,6 +10,7 @@
 #include "board/command_line/option_words.hpp"
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/frame_file.hpp"
+#include "board/host/commands/commands.hpp"
 #include "board/host/commands/program.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/json_text.hpp"
@@ -34,6 +35,7 @@ struct CalibrationFiles {
     std::string converters_from;  // calibration whose errors of the board's converters are kept
     std::string out;
     std::string blob;
+    std::string wiring;  // of the channels of the data
     bool json = false;
 };
 

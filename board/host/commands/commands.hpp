@@ -16,6 +16,12 @@ inline std::string refuse_empty(const std::string& name) { return name.empty() ?
 
 /// The value is a file or folder. Returns the option.
 inline CLI::Option* file_name(CLI::Option* option) { return option->check(refuse_empty)->type_name(kFileType); }
+
+/// Option of commands that take couplings or columns.
+constexpr const char* kWiringHelp = "Coil and polarity of each channel: file of tricoil calibrate wiring --out";
+inline CLI::Option* wiring_file(CLI::App* sub, std::string& path) {
+    return file_name(sub->add_option("--wiring", path, kWiringHelp));
+}
 inline CLI::Option* folder_name(CLI::Option* option) { return option->check(refuse_empty)->type_name(kFolderType); }
 /// The value is `count` numbers; a word behind them is another argument. Returns the option.
 inline CLI::Option* numbers(CLI::Option* option, const char* names, int count) {

@@ -1,9 +1,10 @@
 // tricoil convert: converts the poses of a recording for other programs.
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "board/command_line/option_words.hpp"
-#include "board/host/commands/commands.hpp"
+#include "board/host/commands/reader_options.hpp"
 #include "board/host/commands/stage_options.hpp"
 #include "board/record/convert.hpp"
 #include "board/support/errors.hpp"
@@ -13,6 +14,8 @@
 
 namespace tricoil::host {
 namespace {
+
+constexpr const char* kForeignFormats[] = {"motive", "polhemus", "ndi", "mha"};  // written by Python
 
 struct ConvertCommand {
     std::string folder;
@@ -49,18 +52,32 @@ int run_convert(const ConvertCommand& command) {
 
 void add_convert_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<ConvertCommand>();
-    folder_name(sub->add_option("recording", command->folder, "Folder written by run --record"))->required();
+    sub->add_option("recording", command->folder, "Folder written by run --record, or a file of poses of any tracker")
+        ->check(refuse_empty)
+        ->required()
+        ->type_name(kFileType);
+    std::vector<std::string> formats = convert_formats();
+    formats.insert(formats.end(), std::begin(kForeignFormats), std::end(kForeignFormats));
     one_of(sub->add_option("--to", command->form,
                            "Format; mat: MATLAB, Octave; mcap: Foxglove, PlotJuggler; rests: mean couplings of each interval in "
-                           "which the sensor rests, for calibrate grid"),
-           convert_formats())
+                           "which the sensor rests, for calibrate grid. Of a file: jsonl, csv, motive, polhemus, ndi and mha"),
+           formats)
         ->capture_default_str();
     file_name(sub->add_option("--out", command->out, "Output file; default: standard output"));
     sub->add_flag("--json", command->json, "Summary as JSON");
+    add_reader_options(sub);
     add_stage_options(sub, command->stages);
     set_examples(sub, {{"for MATLAB", "tricoil convert take1 --to mat --out take1.mat"},
-                       {"for Foxglove and PlotJuggler", "tricoil convert take1 --to mcap --out take1.mcap"}});
-    sub->callback([command, &action] { action = [command] { return run_convert(*command); }; });
+                       {"for Foxglove and PlotJuggler", "tricoil convert take1 --to mcap --out take1.mcap"},
+                       {"for OptiTrack Motive", "tricoil convert poses.csv --to motive --units mm --out motive.csv"}});
+    sub->callback([command, sub, &action] {
+        action = [command, sub] {
+            const bool is_file = std::filesystem::is_regular_file(command->folder);
+            refuse_if(!is_file && std::ranges::count(kForeignFormats, command->form) > 0,
+                      "--to {}: is written from a file of poses; make one with --to csv", command->form);
+            return is_file ? continue_in_python(*sub) : run_convert(*command);
+        };
+    });
 }
 
 }  // namespace tricoil::host

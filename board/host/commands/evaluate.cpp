@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <numeric>
@@ -15,13 +16,12 @@
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/host/commands/commands.hpp"
-#include "board/host/figures/draw.hpp"
+#include "board/host/commands/reader_options.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
-#include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -30,12 +30,14 @@ const std::vector<std::string> kSolvers{"direct", "refined"};
 
 struct EvaluateCommand {
     std::string calibration;
+    std::string wiring;
     std::vector<std::string> data;
     std::string solver = "refined";
     std::string out;
     std::string stage_from;                  // calibration file whose errors of the stage are used; empty: those of `calibration`
     std::vector<std::string> fixture_names;  // FILE=NAME
     bool refit_fixtures = false;
+    bool csv_only = false;
     bool json = false;
 };
 
@@ -126,17 +128,11 @@ std::string evaluation_text(const Json& r) {
                        "{repeats_with_attitude_m in mm:.3f} mm, other {rough_m in mm:.3f} mm (RMS)\n");
 }
 
-// Options of evaluate --dynamic, which Python reads.
-constexpr const char* kDynamicOptions[][2] = {
-    {"--time-offset", "reference time minus tracker time, s: the search starts there"},
-    {"--sensor", "number or name of the sensor in POSES"},
-    {"--reference-sensor", "number or name of the body in TRUTH"},
-    {"--unit", "of positions: m, cm, mm or in; TRUTH,POSES if they differ"},
-    {"--time-unit", "of times: s, ms, us or ns; TRUTH,POSES if they differ"},
-    {"--rate-hz", "of a file with frame numbers, or without time; TRUTH,POSES if they differ"},
-    {"--rotation", "of three angles: polhemus, rotvec, ZYX; of q1 to q4: wxyz, xyzw; TRUTH,POSES if they differ"},
-    {"--columns", "names of the columns of POSES if it has none: sensor,x,y,z,azimuth,elevation,roll, or polhemus"},
-};
+// Options of evaluate --dynamic, with those of the reader: Python reads them.
+constexpr std::array<TextOption, 2> kDynamicOptions{{
+    {"--time-offset", "--dynamic: reference time minus tracker time, s: the search starts there", "SECONDS"},
+    {"--reference-sensor", "--dynamic: number or name of the body in TRUTH; --sensor is of POSES", "TEXT"},
+}};
 
 /// Checks the options of both kinds of evaluation.
 void check_options(const EvaluateCommand& command, bool is_dynamic) {
@@ -185,12 +181,21 @@ std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile&
     return "from " + command.stage_from;
 }
 
+void write_errors(const std::string& folder, const std::string& csv) {
+    std::error_code error;
+    std::filesystem::create_directory(folder, error);
+    refuse_if(error || !std::filesystem::is_directory(folder),
+              "cannot use output folder {}: {}; create its parent or choose another", folder,
+              error ? error.message() : "it is a file");
+    write_whole_file(std::filesystem::path(folder) / "pose_errors.csv", csv);
+}
+
 int evaluate_command(const EvaluateCommand& command) {
     const auto solver = static_cast<EvaluationSolver>(index_of_name("solver", command.solver, kSolvers));
     CalibrationFile calibration = read_calibration(command.calibration);
     refuse_if(solver == EvaluationSolver::direct && !calibration.surroundings.empty(),
               "--solver direct: does not use the surroundings of the calibration; use refined");
-    auto files = read_pose_files(command.data, command.fixture_names);
+    auto files = read_pose_files(command.data, command.fixture_names, read_wiring(command.wiring));
     (void)correct_converters(files, calibration.calibration.converters);
     remove_phases_of(files, calibration.calibration.phase_rad);
     refuse_if(calibration.source_stage.empty() && !command.refit_fixtures,
@@ -209,10 +214,7 @@ int evaluate_command(const EvaluateCommand& command) {
     }
     const ErrorReport report = summarise_errors(errors, files);
     if (!command.out.empty()) {
-        const InterruptGuard interrupt;
-        StagedFolder folder(command.out);
-        write_whole_file(folder.path() / "pose_errors.csv", error_csv(errors, files));
-        draw_and_publish(folder, command.out, {"error_vectors.svg"}, interrupt);
+        write_errors(command.out, error_csv(errors, files));
     }
     Json result = result_of(command, report, stage_errors, fits_scale);
     if (calibration.calibration.misfit_floor > 0) {
@@ -223,9 +225,13 @@ int evaluate_command(const EvaluateCommand& command) {
     if (report.not_converged > 0) {
         print_notice("tricoil: {} poses did not converge and are not in the table: {}\n", report.not_converged,
                      places_not_converged(errors, files));
-        return to_int(ExitCode::check_failed);
     }
-    return to_int(ExitCode::fine);
+    const int code = to_int(report.not_converged > 0 ? ExitCode::check_failed : ExitCode::fine);
+    if (command.out.empty() || command.csv_only) {
+        return code;
+    }
+    end_standard_output();
+    return continue_in_python("evaluate-picture", {"--out=" + command.out, fmt::format("--code={}", code), "--"});
 }
 
 }  // namespace
@@ -243,6 +249,7 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
         "--stage-from", c->stage_from,
         "Remove the errors of the stage that another calibration of the same stage found (calibrate stage --stage), "
         "without its stray field"));
+    wiring_file(sub, c->wiring);
     add_fixture_names(sub, c->fixture_names);
     sub->add_flag("--refit-fixtures", c->refit_fixtures,
                   "Fit the fixtures to these data, and the scale of a free-motion calibration (stated in the output)");
@@ -252,10 +259,13 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
     sub->add_flag("--same-clock")
         ->description("--dynamic: --time-offset (default 0) is exact: the latency is measured")
         ->needs(dynamic);
-    for (const auto& [name, text] : kDynamicOptions) {
-        sub->add_option(name)->description("--dynamic: " + std::string(text))->type_name("TEXT")->needs(dynamic);
+    add_text_options(sub, kDynamicOptions);
+    add_reader_options(sub, "--dynamic: TRUTH,POSES");
+    for (const auto& options : {std::span<const TextOption>(kDynamicOptions), std::span<const TextOption>(kReaderOptions)}) {
+        std::ranges::for_each(options, [&](const TextOption& option) { sub->get_option(option[0])->needs(dynamic); });
     }
     sub->add_option("--out", c->out, "Folder for the errors as CSV and picture")->type_name(kFolderType);
+    sub->add_flag("--csv-only", c->csv_only, "CSV file only");
     sub->add_flag("--json", c->json, "Result as JSON");
     set_examples(
         sub, {{"poses that were not used for the calibration", "tricoil evaluate --calibration cal.toml --out errors test/*.dat"},

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "board/command_line/option_words.hpp"
-#include "board/host/commands/commands.hpp"
+#include "board/host/commands/reader_options.hpp"
 #include "board/host/figures/error_csv.hpp"
 #include "board/host/figures/error_maxima.hpp"
 #include "board/support/errors.hpp"
@@ -28,8 +28,8 @@ const std::vector<std::string> kLoops{"open", "closed"};
 const std::vector<std::string> kKappas{"exact", "paper", "two"};
 const std::vector<std::string> kForms{"angles", "vectors"};
 
-// Options for recorded poses, which Python reads.
-constexpr std::array<std::array<const char*, 3>, 11> kRecordedOptions{{
+// Options for recorded poses, and for plans, which Python reads.
+constexpr std::array<TextOption, 6> kRecordedOptions{{
     {"--poses", "Recorded poses of any tracker: predicts their motion error, and removes it", kFileType},
     {"--trajectory", "Recorded path: errors by the paper's formulas along it", kFileType},
     {"--timing", "--poses: tdm:SLOTS/RATE, fdm or a tracker; options follow: ,order=231,latency=MS,window=MS,solver=previous",
@@ -37,11 +37,15 @@ constexpr std::array<std::array<const char*, 3>, 11> kRecordedOptions{{
     {"--reference", "--poses: path of an optical system or a robot; --timing fit finds the timing with it", kFileType},
     {"--plot", "Picture of the errors by time, speed, angular rate and range", kFileType},
     {"--place", "Mean position of the trajectory, m; default: as recorded", "X,Y,Z"},
-    {"--sensor", "Number or name of the sensor in the file", "TEXT"},
-    {"--unit", "Of positions: m, cm, mm or in", "TEXT"},
-    {"--time-unit", "Of times: s, ms, us or ns", "TEXT"},
-    {"--rotation", "Of three angles: polhemus, rotvec, ZYX; of q1 to q4: wxyz, xyzw", "TEXT"},
-    {"--columns", "Names of the columns if the file has none: sensor,x,y,z,azimuth,elevation,roll, or polhemus", "TEXT"},
+}};
+constexpr std::array<TextOption, 7> kPlanOptions{{
+    {"--plan", "Path of a robot for the verification of a tracker, as CSV", kFileType},
+    {"--center", "--plan: middle of the box, m, from the source; default 0.6,0,0", "X,Y,Z"},
+    {"--size", "--plan: edges of the box, m; default 0.4,0.4,0.4", "X,Y,Z"},
+    {"--grid", "--plan: places at rest along each edge; default 3", "NUMBER"},
+    {"--limits", "--plan: speed, acceleration and jerk, m/s, m/s^2, m/s^3; default 1,10,100", "V,A,J"},
+    {"--turn-limits", "--plan: the same of rotations, rad/s, rad/s^2, rad/s^3; default 3,30,300", "V,A,J"},
+    {"--turn", "--plan: largest rotation from the mean attitude, deg; default 45", "NUMBER"},
 }};
 
 struct MotionCommand {
@@ -51,7 +55,7 @@ struct MotionCommand {
     std::string form = "angles";
     std::vector<double> azimuth, elevation, range, attitude;  // A, B of (40)
     int passes = 1;
-    double rate_hz = 240;
+    std::vector<double> rate_hz{240};
     double gap_s = 0;
     double duration_s = 10;
     double start_range_m = 0.5;
@@ -98,7 +102,8 @@ paper::Example make_example(const MotionCommand& c) {
 }
 
 paper::SimulationParams make_params(const MotionCommand& c) {
-    check_option("--rate-hz", c.rate_hz, 1, 1e5);
+    refuse_if(c.rate_hz.size() > 1, "--rate-hz A,B requires --poses or --trajectory; give one number");
+    check_option("--rate-hz", c.rate_hz.front(), 1, 1e5);
     check_option("--gap", c.gap_s, 0, 1);
     check_option("--start-time", c.start_time_s, 0, 1e9);
     paper::SimulationParams params;
@@ -106,7 +111,7 @@ paper::SimulationParams make_params(const MotionCommand& c) {
     params.kappa = static_cast<error_model::KappaForm>(index_of_name("kappa", c.kappa, kKappas));
     params.form = static_cast<paper::Form>(index_of_name("form", c.form, kForms));
     params.passes = c.passes;
-    params.update_s = error_model::effective_update_time(1 / c.rate_hz, 0.0, c.gap_s);
+    params.update_s = error_model::effective_update_time(1 / c.rate_hz.front(), 0.0, c.gap_s);
     params.duration_s = c.duration_s;
     params.start = DeviceTime{microseconds_from_seconds(c.start_time_s)};
     return params;
@@ -215,10 +220,17 @@ int motion(const MotionCommand& command) {
 
 int motion_of(const MotionCommand& command, const CLI::App& sub) {
     const bool is_recorded = sub.count("--poses") + sub.count("--trajectory") > 0;
-    for (const auto& [name, text, type] : kRecordedOptions) {
-        refuse_if(!is_recorded && sub.count(name) > 0, "{} requires --poses or --trajectory", name);
-    }
-    return is_recorded ? continue_in_python(sub) : motion(command);
+    const bool is_plan = sub.count("--plan") > 0;
+    const auto require = [&](std::span<const TextOption> options, bool is_given, const char* other) {
+        for (const auto& option : options) {
+            refuse_if(!is_given && sub.count(option[0]) > 0, "{} requires {}", option[0], other);
+        }
+    };
+    require(kRecordedOptions, is_recorded, "--poses or --trajectory");
+    require(std::span(kReaderOptions).first<3>(), is_recorded, "--poses or --trajectory");
+    require(std::span(kReaderOptions).last<2>(), is_recorded, "--poses or --trajectory");
+    require(kPlanOptions, is_plan, "--plan");
+    return is_recorded || is_plan ? continue_in_python(sub) : motion(command);
 }
 
 }  // namespace
@@ -241,19 +253,22 @@ void add_motion_command(CLI::App* sub, Action& action) {
     add_rate("--range", c->range, "Range rate B + A sin(10 pi t), m/s");
     sub->add_option("--start-range", c->start_range_m, "Range at the start, m")->capture_default_str();
     sub->add_option("--start-time", c->start_time_s, "Device time at the start, s")->capture_default_str();
-    sub->add_option("--rate-hz", c->rate_hz, "Updates per second")->capture_default_str();
+    numbers(sub->add_option("--rate-hz", c->rate_hz, "Updates per second; of files without time: their poses a second"), "A,B", 2)
+        ->expected(1, 2)
+        ->default_str("240");
     sub->add_option("--gap", c->gap_s, "Processing and multiplexing gap that lengthens each update, s")->capture_default_str();
     sub->add_option("--duration", c->duration_s, "Duration, s")->capture_default_str();
     file_name(
         sub->add_option("--out", c->out, "All updates as CSV, - is standard output; of --poses: the poses without motion error"));
-    for (const auto& [name, text, type] : kRecordedOptions) {
-        sub->add_option(name)->description(text)->type_name(type);
-    }
+    add_text_options(sub, kRecordedOptions);
+    add_reader_options(sub, "POSES,REFERENCE");
+    add_text_options(sub, kPlanOptions);
     sub->add_flag("--smooth")->description("--poses: smooth the poses in --out");
     sub->add_flag("--json", c->json, "Result as JSON");
     set_examples(sub, {{"example III of the paper, in a closed loop", "tricoil motion --example III --loop closed"},
                        {"an elevation rate of 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"},
-                       {"recorded poses of a LIBERTY", "tricoil motion --poses poses.csv --timing liberty --out corrected.csv"}});
+                       {"recorded poses of a LIBERTY", "tricoil motion --poses poses.csv --timing liberty --out corrected.csv"},
+                       {"a path for a robot", "tricoil motion --plan plan.csv --limits 0.5,5,50"}});
     sub->callback([c, sub, &action] { action = [c, sub] { return motion_of(*c, *sub); }; });
 }
 

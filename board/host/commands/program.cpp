@@ -59,6 +59,7 @@ constexpr ListedCommand kCommands[] = {
     {"Recordings", "smooth", "Best estimate of a recorded motion: each pose from the columns before and after it", kTools},
     {"Recordings", "convert", "Convert the poses of a recording for other programs", kTools},
     {"Recordings", "plot", "Draw path, position errors or standard deviations, and flags of poses", kTools},
+    {"Calibration and evaluation", "design", "Signal to noise and error over range of planned coils; a printed grid", kTools},
     {"Calibration and evaluation", "calibrate",
      "Calibrate coils and fixtures from measured couplings, or the tip of a pointer from poses", kCalibration,
      Component::calibration},
@@ -66,6 +67,8 @@ constexpr ListedCommand kCommands[] = {
      Component::calibration},
     {"Calibration and evaluation", "couplings", "Poses from recorded couplings of two bands, corrected for metal", kTools},
     {"Calibration and evaluation", "demodulate", "Compute the signal matrix and its scatter from a raw ADC recording", kTools},
+    {"Calibration and evaluation", "bench", "A tracker on the bench: rest, pivot, distances on a board, hinge, pendulum", kTools},
+    {"Calibration and evaluation", "truth", "One reference path from optics, a robot's joints and an inertial sensor", kTools},
     {"Devices", "device", "List, identify, watch and configure front ends and tracker boards", kTools},
     {"Devices", "doctor", "Check udev rules, devices and ports of this machine; each failure with its mend", kTools},
     {"Devices", "selfcheck", "Run the self-check of the core: known answers, error model, arithmetic", kTools},
@@ -138,23 +141,33 @@ int continue_as(const std::filesystem::path& path, const std::string& typed_name
 }  // namespace
 
 int continue_in_python(const CLI::App& command) {
-    const auto script = part("_program.py", command.get_name());
-    if (!std::filesystem::exists(script)) {
-        throw DeviceError(
-            fmt::format("{}: {} is not installed; install the package tricoil again", command.get_name(), script.string()));
-    }
-    std::vector<std::string> words{"-I", script, command.get_name()};
+    std::vector<std::string> words;
     for (const CLI::Option* const option : options_of(command)) {
-        if (option->count() > 0) {
-            words.push_back(fmt::format("--{}{}{}", option->get_lnames().front(), is_flag(*option) ? "" : "=",
-                                        is_flag(*option) ? "" : fmt::format("{}", fmt::join(option->results(), ","))));
+        const std::string name = "--" + option->get_lnames().front();
+        if (is_flag(*option) && option->count() > 0) {
+            words.push_back(name);
+        } else if (option->get_delimiter() != '\0' && option->count() > 0) {
+            words.push_back(fmt::format("{}={}", name, fmt::join(option->results(), ",")));
+        } else if (option->count() > 0) {
+            for (const std::string& value : option->results()) {
+                words.push_back(fmt::format("{}={}", name, value));
+            }
         }
     }
     words.emplace_back("--");
     for (const CLI::Option* const argument : arguments_of(command)) {
         words.insert(words.end(), argument->results().begin(), argument->results().end());
     }
-    return continue_as(kPython, kPython, words, command.get_name() + ": needs Python: install the package python3-tricoil");
+    return continue_in_python(command.get_name(), std::move(words));
+}
+
+int continue_in_python(const std::string& command, std::vector<std::string> words) {
+    const auto script = part("_program.py", command);
+    if (!std::filesystem::exists(script)) {
+        throw DeviceError(fmt::format("{}: {} is not installed; install the package tricoil again", command, script.string()));
+    }
+    words.insert(words.begin(), {"-I", script, command});
+    return continue_as(kPython, kPython, words, command + ": needs Python: install the package python3-tricoil");
 }
 
 int run_program(const std::vector<std::string>& arguments, std::span<const OwnCommand> own, const ProgramIdentity& identity) {

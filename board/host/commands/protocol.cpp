@@ -8,8 +8,8 @@
 #include "board/host/commands/commands.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
-#include "board/support/whole_file.hpp"
 #include "core/protocol/can_mapping.hpp"
 #include "core/protocol/schema.hpp"
 

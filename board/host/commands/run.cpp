@@ -50,9 +50,11 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (command.device_option->count() > 0) {
         linux_board::set_device(options.config, command.device);
     }
+    options.config.wiring = command.wiring.empty() ? options.config.wiring : command.wiring;
     refuse_if(options.config.device.empty(), "{}: 'device' is missing; set it there or give --device", command.config);
     refuse_fixed_method(command.options.tracker);
     refuse_if(!command.options.samples.empty(), "--samples: not with a device, because a device sends columns");
+    refuse_if(!command.options.wav.empty(), "--record-wav: not with a device; use tricoil device capture");
     refuse_if(!command.options.couplings.empty(), "--couplings: not with a device, whose true poses are not known");
     refuse_if(command.options.stations != 1, "--stations: not with a device, which has its own number of sensors");
     if (command.options.tracker != "direct" || command.config.empty()) {
@@ -189,6 +191,7 @@ bool is_on_device(const RunCommand& command) { return command.device != "sim:" |
 
 void complete_simulation_options(RunCommand& command) {
     check_vector(command.place, "--place");
+    refuse_if(!command.wiring.empty(), "--wiring: only with a device; see --fault reversed_coil and swapped_coils");
     if (!command.options.hemisphere.empty()) {
         check_vector(command.options.hemisphere, "--hemisphere");
     }

@@ -15,6 +15,7 @@ struct RunCommand {
     RunOptions options;
     std::string device = "sim:";
     std::string config;
+    std::string wiring;
     double wait_s = 5;
     double give_up_after_s = 0;
     std::vector<double> place{0.9, 0, 0};

@@ -36,6 +36,7 @@ void add_simulation_options(CLI::App* sub, RunCommand& command) {
     sub->add_option("--stations", o.stations,
                     "Number of simulated sensors, 1-4; sensors 2 to 4 are near the first and move little")
         ->capture_default_str();
+    sub->add_option("--sample-rate-hz", o.sample_rate_hz, "Samples per second of each converter")->capture_default_str();
     sub->add_option("--seed", o.seed, "Seed of noise and motion")->check(refuse_overflow)->capture_default_str();
 }
 
@@ -57,6 +58,7 @@ void add_device_options(CLI::App* sub, RunCommand& command) {
             ->type_name(kDeviceType)
             ->capture_default_str();
     file_name(sub->add_option("--config", command.config, "Board configuration (TOML); --device overrides it"));
+    wiring_file(sub, command.wiring);
     seconds(sub->add_option("--wait", command.wait_s, "Time to wait for the device at the start; 0: no limit"), true)
         ->capture_default_str();
     seconds(sub->add_option("--give-up-after", command.give_up_after_s,
@@ -112,6 +114,9 @@ void add_output_options(CLI::App* sub, RunCommand& command) {
         "--couplings", o.couplings,
         "Simulated run: write true poses and couplings to this CSV file, for tricoil calibrate and evaluate; one line "
         "per pose, averaged while the sensor rests"));
+    file_name(sub->add_option("--record-wav", o.wav,
+                              "Simulated run, coils all at once: write the samples of the converters (sensor coils 1 to 3, "
+                              "reference) to this WAV file, for tricoil demodulate; - is standard output"));
     file_name(sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file"));
     sub->add_flag("--smooth", o.smooth, "Also give the errors of the smoothed motion, for comparison (see tricoil smooth)");
     sub->add_flag("--json", command.json, "Summary as JSON");

@@ -51,7 +51,7 @@ bool gives(const std::vector<std::string>& words, const std::string& option) { r
 bool is_simulated(const CLI::App& command, const std::vector<std::string>& words) {
     const auto is_given = [&](const char* option) { return gives(words, option); };
     return value_of(words, "--tracker").value_or("").starts_with("fixed-") ||
-           std::ranges::any_of(std::array{"--couplings", "--samples", "--smooth"}, is_given) ||
+           std::ranges::any_of(std::array{"--couplings", "--samples", "--record-wav", "--smooth"}, is_given) ||
            std::ranges::any_of(options_of(command), [&](const CLI::Option* option) {
                return option->get_group().starts_with("Simulated") && gives(words, option->get_name());
            });

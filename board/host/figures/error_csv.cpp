@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "board/support/whole_file.hpp"
+#include "board/support/output_file.hpp"
 #include "core/error_model/whole_turns.hpp"
 
 namespace tricoil::host {

@@ -7,6 +7,7 @@
 #include "board/host/run/couplings_csv.hpp"
 #include "board/host/run/fixed_run.hpp"
 #include "board/host/run/live_view.hpp"
+#include "board/host/run/wav_recorder.hpp"
 #include "board/host/smooth/smoothing_tap.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/pose_text/served_pose.hpp"
@@ -29,6 +30,13 @@ void refuse_couplings(const RunOptions& options) {
               "--couplings: only with --tracker direct, one sensor and no --calibration");
 }
 
+void refuse_wav(const RunOptions& options) {
+    refuse_if(!options.wav.empty() && (options.multiplexing != "fdm" || options.stations > 1 || is_by_columns(options)),
+              "--record-wav: only with --mux fdm, one sensor and --fidelity samples");
+    refuse_if(options.wav == kStandardOutput && (options.json_lines || options.out_csv == kStandardOutput),
+              "--record-wav - and --out - or --json-lines - exclude each other: both write to standard output");
+}
+
 TruePose true_pose(const sim::Pose& pose) { return {pose.position_m, pose.q_source_sensor}; }
 
 /// What runs of all trackers have in common.
@@ -36,6 +44,7 @@ struct Run {
     const RunOptions& options;
     const RunObservers& observers;
     SimulatedBoard& board;
+    hal::CoilSampler& sampler;
     hal::Link<double>& link;
     tracking::TrackerTap<double>* couplings;  // may be null
 };
@@ -184,7 +193,7 @@ void run_in_double(const Run& run, RunReport& report) {
     RunScore smoothed_score(*board.setup.scenario.motion, board.stations.first(), board.clock, plan, kPosesPerBound);
     SmoothingTap smoothing([&](const SmoothedPose& smoothed) { smoothed_score.add(smoothed.pose); });
     TapFanOut taps{run.observers.tap, recorder ? &*recorder : nullptr, options.smooth ? &smoothing : nullptr, run.couplings};
-    const app::Devices<double> devices{board.clock, board.coils, board.sampler, run.link, taps.any() ? &taps : nullptr};
+    const app::Devices<double> devices{board.clock, board.coils, run.sampler, run.link, taps.any() ? &taps : nullptr};
     taps.begin({params.tracker, params.sensors, coils});
     const auto run_with = [&](auto&& loop) {
         run_loop(loop, run, report);
@@ -212,9 +221,9 @@ void run_in_integers(const Run& run, RunReport& report) {
         fixed_params(run.options, run.observers, board.stations.first(), board.setup.plan, board.setup.hemisphere);
     std::optional<SampleRecorder> recorder;
     if (!run.options.samples.empty()) {
-        recorder.emplace(run.options.samples, params.chain, board.sampler, board.clock);
+        recorder.emplace(run.options.samples, params.chain, run.sampler, board.clock);
     }
-    hal::CoilSampler& sampler = recorder ? static_cast<hal::CoilSampler&>(*recorder) : board.sampler;
+    hal::CoilSampler& sampler = recorder ? static_cast<hal::CoilSampler&>(*recorder) : run.sampler;
     FixedLink link(run.link, run.observers.each_fixed_pose);
     app::FixedLoop loop(params, {board.clock, board.coils, sampler, link});
     run_loop(loop, run, report);
@@ -240,6 +249,7 @@ nlohmann::ordered_json describe_source(const RunOptions& o) {
 
 RunReport run_simulated(const RunOptions& options, const RunObservers& observers) {
     refuse_couplings(options);
+    refuse_wav(options);
     SimulatedBoard board(options);
     const sim::Scenario& scenario = board.setup.scenario;
     const signal::AcquisitionPlan& plan = board.setup.plan;
@@ -259,6 +269,10 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     std::optional<CouplingsCsv> couplings;
     if (!options.couplings.empty()) {
         couplings.emplace(options.couplings);
+    }
+    std::optional<WavRecorder> wav;
+    if (!options.wav.empty()) {
+        wav.emplace(options.wav, board.sampler, options.realtime);
     }
     const auto truth = [&](std::size_t sensor, DeviceTime time) {
         return board.stations.motion(sensor).at(clock.elapsed_s(time));
@@ -307,7 +321,8 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
             }
             live.show(estimate, error);
         });
-        const Run run{options, observers, board, link, couplings ? &*couplings : nullptr};
+        hal::CoilSampler& sampler = wav ? static_cast<hal::CoilSampler&>(*wav) : board.sampler;
+        const Run run{options, observers, board, sampler, link, couplings ? &*couplings : nullptr};
         if (fixed_method(options.tracker)) {
             run_in_integers(run, report);
         } else {
@@ -317,6 +332,9 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     stages->finish();
     if (csv) {
         csv->commit();
+    }
+    if (wav) {
+        wav->commit();
     }
     if (couplings) {
         report.coupling_poses = couplings->commit();

@@ -25,6 +25,7 @@ struct RunOptions : SimulationOptions {
     std::string calibration;  // file with coils and surroundings for the tracker; empty: ideal coils
     std::string couplings;    // file for true poses and couplings; empty: none
     std::string samples;      // file for the samples of an integer tracker; empty: none
+    std::string wav;          // file for the samples of the converters; empty: none
     bool smooth = false;      // also score the smoothed poses
 };
 

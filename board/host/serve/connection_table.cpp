@@ -62,11 +62,11 @@ ConnectionTable::Place ConnectionTable::enter(int descriptor) {
             return nullptr;
         }
         silent->leaving = true;
-        notice_.print(fmt::format("client {}, which has read nothing for {} s, is disconnected to make room",
-                                  peer_text(silent->descriptor), std::chrono::floor<std::chrono::seconds>(longest).count()));
+        notice_.print(fmt::format("client {}, which has read nothing for {} s, is disconnected to make room", silent->name,
+                                  std::chrono::floor<std::chrono::seconds>(longest).count()));
         ::shutdown(silent->descriptor, SHUT_RDWR);
     }
-    const auto place = clients_.insert(clients_.end(), Client{descriptor, address});
+    const auto place = clients_.insert(clients_.end(), Client{descriptor, address, peer_text(descriptor)});
     return {&*place, [this, place](const void*) { clients_.erase(place); }};
 }
 

@@ -21,9 +21,8 @@ public:
     /// Keeps a place. It must end before its descriptor is closed.
     using Place = std::shared_ptr<const void>;
 
-    /// name: of the output, for notices.
-    explicit ConnectionTable(std::string name, std::chrono::milliseconds replaceable = kReplaceable)
-        : replaceable_(replaceable), notice_(std::move(name)) {}
+    explicit ConnectionTable(std::string output, std::chrono::milliseconds replaceable = kReplaceable)
+        : replaceable_(replaceable), notice_(std::move(output)) {}
 
     /// Place for the client of this descriptor; null, with a notice, if it is refused.
     [[nodiscard]] Place enter(int descriptor);
@@ -33,6 +32,7 @@ private:
     struct Client {
         int descriptor = -1;
         std::string address;
+        std::string name;  // also after it has left
         bool leaving = false;
     };
 

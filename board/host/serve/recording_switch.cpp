@@ -7,6 +7,8 @@
 #include <ctime>
 #include <filesystem>
 
+#include "board/support/errors.hpp"
+
 namespace tricoil::host {
 namespace {
 
@@ -14,17 +16,13 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kMinRoom = std::uintmax_t{4} << 20U;  // free bytes on the disk: about 10 s of one sensor at 240 frames/s
 
-/// Reason why no recording can start in `folder`; empty if it can.
-std::string refusal(const std::string& folder) {
-    if (folder.empty()) {
-        return "recording needs tricoil serve --record-folder FOLDER";
-    }
+/// Throws InputError if no recording can start in `folder`.
+void check_room(const std::string& folder) {
+    refuse_if(folder.empty(), "recording needs tricoil serve --record-folder FOLDER");
     std::error_code error;
     const fs::space_info room = fs::space(folder, error);
-    if (!error && room.available < kMinRoom) {
-        return fmt::format("{}: only {} KiB free, too little for a recording; free disk space", folder, room.available / 1024);
-    }
-    return "";
+    refuse_if(!error && room.available < kMinRoom, "only {} KiB free, too little for a recording; free disk space",
+              room.available / 1024);
 }
 
 }  // namespace
@@ -38,6 +36,14 @@ bool is_recording_name(std::string_view name) {
     };
     return !name.empty() && name.size() <= kLongest && std::string_view(".- ").find(name.front()) == std::string_view::npos &&
            name.back() != ' ' && std::all_of(name.begin(), name.end(), is_allowed);
+}
+
+std::string without_folder(std::string message, const std::string& folder) {
+    const std::string prefix = (fs::path(folder) / "").string();
+    for (auto at = message.find(prefix); at != std::string::npos; at = message.find(prefix)) {
+        message.erase(at, prefix.size());
+    }
+    return message;
 }
 
 std::string RecordingSwitch::record(bool on, const std::string& name) {
@@ -57,7 +63,7 @@ RecordingStatus RecordingSwitch::status() {
         }
         dead = std::move(recorder_);
     }
-    const std::string error = dead->close();
+    const std::string error = without_folder(dead->close(), folder_);
     const std::lock_guard lock(mutex_);
     error_ = error;
     return status_locked();
@@ -74,31 +80,26 @@ RecordingStatus RecordingSwitch::status_locked() const {
 }
 
 std::string RecordingSwitch::begin_recording(const std::string& wanted) {
-    if (const std::string reason = refusal(folder_); !reason.empty()) {
-        return reason;
-    }
-    if (!wanted.empty() && !is_recording_name(wanted)) {
-        return "the name may have up to 64 letters, digits, spaces and -_.,+()=, and must not begin with a dot or a hyphen";
-    }
+    check_room(folder_);
+    refuse_if(!wanted.empty() && !is_recording_name(wanted),
+              "the name may have up to 64 letters, digits, spaces and -_.,+()=, and must not begin with a dot or a hyphen");
     const std::string name = wanted.empty() ? fmt::format("{:%Y-%m-%dT%H%M%SZ}", fmt::gmtime(std::time(nullptr))) : wanted;
     const fs::path path = fs::path(folder_) / name;
     std::unique_ptr<Recorder> recorder;
     std::error_code ignored;
     const bool was_there = fs::exists(path, ignored);
-    if (!wanted.empty() && was_there) {
-        return name + " exists; choose another name";
-    }
+    refuse_if(!wanted.empty() && was_there, "{} exists; choose another name", name);
     try {
         recorder = std::make_unique<Recorder>(path.string(), source_, Journal::WhenFull::end);
     } catch (const std::exception& error) {
-        return error.what();
+        throw InputError(without_folder(error.what(), folder_));
     }
     if (recorder->failed()) {  // the description of the recording could not be written
         recorder.reset();
         if (!was_there) {
             fs::remove_all(path, ignored);
         }
-        return path.string() + ": cannot start a recording; is the disk full?";
+        throw InputError(name + ": cannot start a recording; is the disk full?");
     }
     take_over(std::move(recorder), name);
     return "recording into " + name;
@@ -124,7 +125,7 @@ std::string RecordingSwitch::end_recording() {
             return error_;
         }
     }
-    const std::string error = recorder->close();
+    const std::string error = without_folder(recorder->close(), folder_);
     const std::lock_guard lock(mutex_);
     error_ = error;
     return error.empty() ? "recorded" : error;

@@ -25,6 +25,9 @@ struct RecordingStatus {
 /// name cannot leave its folder, is no option of a program, and needs no quotes that a shell does not have.
 bool is_recording_name(std::string_view name);
 
+/// The message without the path of the folder, which is not for clients.
+std::string without_folder(std::string message, const std::string& folder);
+
 /// Creates and closes recordings in the caller's thread. The tracker's thread never waits for the disk: no system call is made
 /// while `mutex_` is locked.
 class RecordingSwitch final : public tracking::TrackerTap<double> {
@@ -33,7 +36,8 @@ public:
     /// refused. source: origin of the columns.
     RecordingSwitch(std::string folder, nlohmann::ordered_json source) : folder_(std::move(folder)), source_(std::move(source)) {}
 
-    /// Starts or stops a recording. name: of a recording that starts; empty: its time. Returns the result as text for the client.
+    /// Starts or stops a recording. name: of one that starts; empty: its time. Returns, or throws as InputError, text for the
+    /// client.
     std::string record(bool on, const std::string& name = {});
     /// Also closes a recording that has failed, for example on a full disk.
     [[nodiscard]] RecordingStatus status();

@@ -11,6 +11,7 @@ source frame. Couplings X[i, j] are the output of sensor coil i while source coi
 >>> print(run.rms_mm(), run.poses["position_m"].shape)
 """
 
+from ._bench import bench
 from ._command import calibrate, command, evaluate
 from ._demodulate import demodulate
 from ._dynamic import verify
@@ -24,10 +25,12 @@ from ._poses import Poses, read_poses
 from ._run import Run, load, run
 from ._source import Pose, Source, open  # noqa: A004: named like its use, tricoil.open()
 from ._sweep import sweep
-from ._timing import NAMES as TIMINGS
-from ._timing import Timing
+from ._timing import TIMINGS, Timing
 from ._tracker import Filter
 from ._tricoil import __version__
+from ._truth import Truth
+from ._truth_command import truth
+from ._wiring import Wiring, read_wiring
 
 __all__ = [
     "COUPLING_CONSTANT",
@@ -41,7 +44,10 @@ __all__ = [
     "Source",
     "TIMINGS",
     "Timing",
+    "Truth",
+    "Wiring",
     "__version__",
+    "bench",
     "calibrate",
     "command",
     "couplings",
@@ -55,8 +61,10 @@ __all__ = [
     "open",
     "pivot",
     "read_poses",
+    "read_wiring",
     "run",
     "solve",
     "sweep",
+    "truth",
     "verify",
 ]

@@ -4,15 +4,15 @@ import dataclasses
 
 import numpy as np
 
+from ._array_file import FIRST_BYTES, is_array_file, samples_of
 from ._byte_stream import ByteStream
-from ._table_rows import STATES, Table, shown
+from ._table_rows import LARGEST, STATES, Table, shown
 from ._wav_samples import FULL_SCALE, WavSamples
 
 BITS = (8, 31)
 ORDER = ("state", "repeat", "sample")
 NOT_CHANNELS = ("", *ORDER, "time_us", "time_s")
 MOST_REPEATS = 1_000_000
-LONGEST_MARK = 4  # bytes of RIFF after a byte-order mark of 3
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
@@ -201,13 +201,13 @@ class ArrayCapture(Capture):
     """An array of samples: whole numbers are codes, others volts. (N, channels): coils at the same time; (repeats, 3, samples, channels): in
     turn."""
 
-    path = "capture"
     CHUNK = 1 << 16  # samples
 
-    def __init__(self, array, bits, columns):
+    def __init__(self, array, bits, columns, path="capture"):
+        self.path = path
         self._array = np.asarray(array)
         if self._array.ndim not in (2, 4) or self._array.dtype.kind not in "iuf" or (self._array.ndim == 4 and self._array.shape[1] != len(STATES)):
-            raise ValueError(f"capture: has shape {self._array.shape} of {self._array.dtype}; give real numbers, (N, channels) or (repeats, 3, samples, channels)")
+            raise ValueError(f"{path}: has shape {self._array.shape} of {self._array.dtype}; give real numbers, (N, channels) or (repeats, 3, samples, channels)")
         if self._array.dtype.kind != "f":
             self.codes = codes_of(bits)
             self.full_scale = float(self.codes // 2)
@@ -217,10 +217,10 @@ class ArrayCapture(Capture):
 
     def _values(self, values):
         values = values[..., self.columns].astype(float)
-        if not np.isfinite(values).all():
-            raise ValueError("capture: contains NaN or infinity")
+        if not (abs(values) <= LARGEST).all():
+            raise ValueError(f"{self.path}: contains NaN or values above {LARGEST:g}")
         if self.codes and values.size and not -(self.codes // 2) - 1 <= values.min() <= values.max() <= self.codes:
-            raise ValueError(f"capture: has codes from {values.min():.0f} to {values.max():.0f}, more than --bits permits")
+            raise ValueError(f"{self.path}: has codes from {values.min():.0f} to {values.max():.0f}, more than --bits permits")
         return values
 
     def _samples(self):
@@ -240,8 +240,11 @@ class ArrayCapture(Capture):
 def open_capture(stream: ByteStream, bits: int = 16, columns=(), follows: bool = False) -> Capture:
     """Raises ValueError for a damaged header, a missing column, and another number of channels than three or four."""
     data = b""
-    while len(data) < len(BYTE_ORDER_MARK) + LONGEST_MARK and (more := stream.read()):
+    while len(data) < FIRST_BYTES and (more := stream.read()):
         data += more
+    if is_array_file(data):
+        data = b"".join((data, *iter(stream.read, b"")))
+        return ArrayCapture(samples_of(data, stream.path), bits, columns, stream.path)
     text = data.removeprefix(BYTE_ORDER_MARK)
     capture = WavCapture(stream, text, columns) if text.startswith(b"RIFF") else TableCapture(stream, data, bits, columns)
     capture.follows = follows

@@ -8,6 +8,7 @@ from . import _block_flags
 from ._capture import Blocks, Capture
 from ._dipole_check import sensor_in
 from ._tone_fit import ToneFit
+from ._wiring import Wiring
 
 COILS = 3
 COUPLINGS = 9
@@ -45,8 +46,8 @@ class Repeat:
 class Analyser:
     """Raises ValueError for carriers that do not suit the rate, the blocks, or each other."""
 
-    def __init__(self, capture: Capture, carrier_hz, rate_hz: float, guard: int, block: int, reference: str | None):
-        self.capture, self.guard, self.reference_name = capture, guard, reference
+    def __init__(self, capture: Capture, carrier_hz, rate_hz: float, guard: int, block: int, reference: str | None, wiring: Wiring):
+        self.capture, self.guard, self.reference_name, self.wiring = capture, guard, reference, wiring
         self.rate_hz = rate_hz or capture.rate_hz
         needed = 1 if capture.has_states else COILS
         if not (self.rate_hz > 0 and np.isfinite(self.rate_hz)):
@@ -217,7 +218,7 @@ class Analyser:
         coils, z = self._columns_of(blocks, amplitude)
         total = np.column_stack([z.real[coils == j].sum(axis=0) for j in range(COILS)])
         self.signs = [None] * COILS
-        self.sign = -1.0 if np.linalg.det(total) < 0 else 1.0
+        self.sign = -1.0 if self.wiring.parity * np.linalg.det(total) < 0 else 1.0
 
     def _add(self, blocks: Blocks, amplitude, noise):
         """Rows of the repeats that these blocks complete."""
@@ -236,9 +237,12 @@ class Analyser:
                 repeat.coils.add(coil)
                 repeat.columns[:, coil] = self.sign * z[n, j]
             if len(repeat.coils) == COILS:
-                rows.append(((repeat.begin + repeat.end) / 2 / self.rate_hz, repeat.columns.real, repeat.columns.imag, np.sqrt(repeat.variance)))
+                rows.append(((repeat.begin + repeat.end - 1) / 2 / self.rate_hz, repeat.columns.real, repeat.columns.imag, np.sqrt(repeat.variance)))
                 del self.repeats[number]
-        return self._summed(np.array(rows, ROW))
+        rows = np.array(rows, ROW)
+        for kind in ("x", "quadrature"):
+            rows[kind] = self.wiring.of_coils(rows[kind])
+        return self._summed(rows)
 
     def _summed(self, rows):
         if len(rows):
@@ -282,6 +286,7 @@ class Analyser:
         mean = self.sums["x"] / self.count
         scatter = np.sqrt(self.sums["squares"] / (2 * (self.count - 1)))  # of a repeat: slow motion does not count
         sensor = sensor_in(mean, scatter)
+        of_coils = self.wiring.sensor_channels
         return {
             "sensor_present": sensor.pop("sensor_present"),
             "verdict": sensor.pop("verdict"),
@@ -292,8 +297,8 @@ class Analyser:
             "carrier_offset_ppm": self.offset_ppm.tolist(),
             "reference_channel": self.reference,
             "reference_amplitude": 0.0 if self.reference is None else float(self.reference_amplitude[0]),
-            "sensor_channels": self.sensors,
-            "phase_deg": np.degrees(np.angle(self.phases[:, 0])).tolist(),
+            "sensor_channels": [self.sensors[channel] for channel in of_coils],
+            "phase_deg": np.degrees(np.angle(self.phases[of_coils, 0])).tolist(),
             "repeats": self.count,
             "mean": mean.tolist(),
             "scatter": scatter.tolist(),

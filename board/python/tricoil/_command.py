@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from . import _tricoil
+from . import _array_file, _tricoil
 
 
 def own_names(message: str, names: dict[str, str] | None = None) -> str:
@@ -31,6 +31,120 @@ def _words(options: dict[str, Any]) -> list[str]:
     return words
 
 
+def in_python(name, arguments, options) -> bool:
+    """True for a command, or a kind of it, that the program hands over to this package."""
+    if name == "motion":
+        return bool({"poses", "trajectory", "plan"} & options.keys())
+    return name in ("bench", "demodulate", "calibrate pivot") or (name == "convert" and len(arguments) == 1 and os.path.isfile(arguments[0]))
+
+
+def of_python(name, arguments, options) -> Any:
+    """The result of such a command. Raises ValueError with the program's names of the options."""
+    if name == "motion":
+        from . import _motion_command
+
+        return _motion_command.run(**options)[0]
+    if len(arguments) != 1 or (name == "demodulate" and "carrier_hz" not in options):
+        raise ValueError("demodulate takes one capture, and carrier_hz" if name == "demodulate" else f"{name} takes one file")
+    options.pop("json", None)
+    if name == "demodulate":
+        from . import _demodulate
+
+        return _demodulate.run(*arguments, **options)[0]
+    path = os.fspath(arguments[0])
+    if name == "bench":
+        from . import _bench
+
+        return _bench.run(path, **options)[0]
+    if name == "convert":
+        from . import _convert
+
+        return _convert.run(path, **options)
+    from . import _pivot
+
+    return _pivot.of_file(path, options.get("sensor"), os.fspath(options.get("out", "")))
+
+
+FILES = {"design": 0, "figures": 0}  # number of files of a command, if not 1
+
+
+def in_python(name, arguments, options) -> bool:
+    """True for a command, or a kind of it, that the program hands over to this package."""
+    if name == "motion":
+        return bool({"poses", "trajectory", "plan"} & options.keys())
+    if name == "convert":
+        return len(arguments) == 1 and os.path.isfile(arguments[0])
+    return name in ("bench", "calibrate pivot", "calibrate wiring", "demodulate", "design", "figures", "plot", "truth")
+
+
+def of_python(name, arguments, options) -> Any:
+    """The result of such a command. Raises ValueError with the program's names of the options, and TypeError."""
+    if name == "motion":
+        from . import _motion_command
+
+        return _motion_command.run(**options)[0]
+    if name == "calibrate wiring":
+        from . import _wiring_command
+
+        return _wiring_command.run(arguments, **options)
+    if name == "truth":
+        from . import _truth_command
+
+        return _truth_command.run(arguments, **options)[0]
+    needed = {"demodulate": "carrier_hz", "figures": "out"}.get(name)
+    if len(arguments) != FILES.get(name, 1) or (needed and needed not in options):
+        files = "one file" if FILES.get(name, 1) else "no files"
+        raise ValueError(f"{name} takes {files}" + (f", and {needed}" if needed else ""))
+    return _RUN[name](*map(os.fspath, arguments), **options)
+
+
+def _bench(path, **options):
+    from . import _bench
+
+    return _bench.run(path, **options)[0]
+
+
+def _convert(path, **options):
+    from . import _convert
+
+    return _convert.run(path, **options)
+
+
+def _demodulate(path, **options):
+    from . import _demodulate
+
+    return _demodulate.run(path, **options)[0]
+
+
+def _design(**options):
+    from . import _design
+
+    return _design.run(**options)[0]
+
+
+def _figures(**options):
+    from . import _figures
+
+    return _figures.run(**options)
+
+
+def _pivot(path, sensor=None, out=""):
+    from . import _pivot
+
+    return _pivot.of_file(path, sensor, os.fspath(out))
+
+
+def _plot(path, out=None, **options):
+    from . import _plot_command
+
+    stages = {name: value for name, value in options.items() if value is not False}
+    return _plot_command.run(path, _words(stages), None if out is None else os.fspath(out), stages)
+
+
+_RUN = {"bench": _bench, "calibrate pivot": _pivot, "convert": _convert, "demodulate": _demodulate, "design": _design, "figures": _figures,
+        "plot": _plot}
+
+
 def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     """Result of a command of the program, as `tricoil NAME ... --json` prints it.
 
@@ -42,28 +156,25 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
         raise ValueError(f"help: see `tricoil {name} --help`")
     if name == "evaluate" and options.get("dynamic"):
         return evaluate(arguments, **options)
-    if name == "motion" and {"poses", "trajectory"} & options.keys():
-        from . import _motion_command
-
+    if in_python(name, arguments, options):
         try:
-            return _motion_command.run(**options)[0]
-        except _motion_command.PoseError as error:
+            return of_python(name, arguments, {key: value for key, value in options.items() if value is not None and key != "json"})
+        except (ValueError, TypeError) as error:  # TypeError: an unknown option
             raise ValueError(own_names(str(error))) from None
-    if name == "demodulate":
-        from . import _demodulate
-
-        if len(arguments) != 1 or "carrier_hz" not in options:
-            raise ValueError("demodulate takes one capture, and carrier_hz")
+    draws = name == "evaluate" and options.get("out") and not options.get("csv_only")
+    if draws:
+        options["csv_only"] = True
+    with _array_file.as_text(arguments) as (files, named):
+        words = [*name.split(), *_words(options), "--json", "--", *files]
         try:
-            return _demodulate.run(*arguments, **{key: value for key, value in options.items() if value is not None})[0]
+            _, text = _tricoil.command(words if files else words[:-1])
         except ValueError as error:
-            raise ValueError(own_names(str(error))) from None
-    words = [*name.split(), *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
-    try:
-        _, text = _tricoil.command(words if arguments else words[:-1])
-    except ValueError as error:
-        raise ValueError(own_names(str(error))) from None
-    return json.loads(text)
+            raise ValueError(own_names(named(str(error)))) from None
+    if draws:
+        from ._drawing import draw_beside
+
+        draw_beside(os.fspath(options["out"]), "pose_errors.csv", "error_vectors.svg")
+    return json.loads(named(text))
 
 
 def calibrate(files: Sequence[str | os.PathLike], out: str | os.PathLike, kind: str = "stage", **options: Any) -> dict:

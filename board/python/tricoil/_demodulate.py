@@ -9,9 +9,10 @@ from ._byte_stream import ByteStream
 from ._capture import ArrayCapture, codes_of, open_capture
 from ._capture_analysis import Analyser
 from ._output_file import OutputFile
+from ._wiring import Wiring, wiring_of
 
 COLUMNS = ["time_us", "sigma", *(f"{kind}{i}{j}" for kind in "xq" for i in "123" for j in "123")]
-OPTIONS = ("carrier_hz", "rate_hz", "bits", "guard", "block", "columns", "reference", "out", "follow")
+OPTIONS = ("carrier_hz", "rate_hz", "bits", "guard", "block", "columns", "reference", "wiring", "out", "follow")
 
 
 def _list(value, kind):
@@ -39,15 +40,16 @@ def _csv(rows):
     return "".join(lines)
 
 
-def _analysed(capture, carrier_hz, rate_hz=None, guard=0, block=0, reference=None, out=None):
-    """Result and rows."""
+def _analysed(capture, carrier_hz, rate_hz=None, guard=0, block=0, reference=None, wiring=None, out=None, keeps_rows=False):
+    """Result and rows, if they are kept: a stream may be endless."""
     rows = []
     with OutputFile(os.fspath(out)) if out is not None else contextlib.nullcontext() as file:
         if file:
             file.write(",".join(COLUMNS) + "\n")
-        analyser = Analyser(capture, _list(carrier_hz, float), float(rate_hz or 0), guard, block, reference)
+        analyser = Analyser(capture, _list(carrier_hz, float), float(rate_hz or 0), guard, block, reference, wiring_of(wiring))
         for some in analyser.rows():
-            rows.append(some)
+            if keeps_rows:
+                rows.append(some)
             if file:
                 file.write(_csv(some), flush=capture.follows)
         if file:
@@ -55,14 +57,14 @@ def _analysed(capture, carrier_hz, rate_hz=None, guard=0, block=0, reference=Non
     return analyser.result(), rows
 
 
-def run(capture, bits=16, columns=None, follow=False, guard=0, block=0, **options):
-    """Result, as `--json` prints it, and the rows. capture: name of a file, "-": standard input, or an array. Raises ValueError; OSError if a
+def run(capture, bits=16, columns=None, follow=False, guard=0, block=0, keeps_rows=False, **options):
+    """Result, as `--json` prints it, and the rows, if they are kept. capture: name of a file, "-": standard input, or an array. Raises ValueError; OSError if a
     disk fails."""
     unknown = sorted(options.keys() - set(OPTIONS))
     if unknown:
         raise ValueError(f"--{unknown[0].replace('_', '-')}: unknown option of demodulate")
     options["reference"] = None if options.get("reference") is None else str(options["reference"])
-    options |= {"guard": _count("guard", guard), "block": _count("block", block)}
+    options |= {"guard": _count("guard", guard), "block": _count("block", block), "keeps_rows": keeps_rows}
     chosen = {"bits": _count("bits", bits), "columns": _list(columns, str)}
     if not isinstance(capture, (str, os.PathLike)):
         return _analysed(ArrayCapture(capture, **chosen), **options)
@@ -72,7 +74,7 @@ def run(capture, bits=16, columns=None, follow=False, guard=0, block=0, **option
 
 
 def demodulate(capture, carrier_hz, *, rate_hz: float | None = None, bits: int = 16, guard: int = 0, block: int | None = None, columns=None,
-               reference: str | int | None = None, out: str | os.PathLike | None = None) -> dict:
+               reference: str | int | None = None, wiring: Wiring | str | os.PathLike | None = None, out: str | os.PathLike | None = None) -> dict:
     """Couplings from raw samples of three sensor coils, and optionally of the reference current.
 
     capture: name of a WAV file or a table, as `tricoil demodulate` reads them, or an array: (N, channels) of coils that are driven at the same
@@ -80,7 +82,7 @@ def demodulate(capture, carrier_hz, *, rate_hz: float | None = None, bits: int =
     `bits` bits, with or without sign, others volts. carrier_hz: one frequency of coils in turn, three of coils at the same time; estimated within
     1 %. rate_hz: samples per second and channel; None: of the WAV file. guard: samples to discard at the start of each block. block: samples of a
     block of coils at the same time; None: four periods of the smallest difference of frequencies. columns: channels by name or number from 1.
-    reference: channel of the reference current by name or number, "none", or None: found. out: file for the couplings of each repeat (CSV).
+    reference: channel of the reference current by name or number, "none", or None: found. wiring: of the channels, see read_wiring(). out: file for the couplings of each repeat (CSV).
 
     Returns the dictionary that `tricoil demodulate --json` prints, with "rows", a structured array (repeats,) of time_s (s, middle, from the first
     sample), x and quadrature (3, 3; sensor channel i, source coil j; share of the reference, or volts or codes without one) and sigma (standard
@@ -90,8 +92,8 @@ def demodulate(capture, carrier_hz, *, rate_hz: float | None = None, bits: int =
     from ._command import own_names
 
     try:
-        result, rows = run(capture, bits=bits, columns=columns, guard=guard, block=block, carrier_hz=carrier_hz, rate_hz=rate_hz,
-                           reference=reference, out=out)
+        result, rows = run(capture, keeps_rows=True, bits=bits, columns=columns, guard=guard, block=block, carrier_hz=carrier_hz, rate_hz=rate_hz,
+                           reference=reference, wiring=wiring, out=out)
     except ValueError as error:
         raise ValueError(own_names(str(error))) from None
     result["rows"] = np.concatenate(rows)

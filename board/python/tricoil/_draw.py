@@ -1,4 +1,4 @@
-"""Draws the pictures of the program `tricoil` from CSV files in the current folder. The program starts it, with python3 -I:
+"""Draws the pictures of the program `tricoil` from CSV files in the current folder. _drawing.py starts it, with -I:
 
 _draw.py PICTURE...                 for figures and evaluate: names in PICTURES
 _draw.py poses.svg FILE NAME FLAGS  for plot, also poses.png: FILE, which messages call NAME; FLAGS: names, separated by commas. Prints the

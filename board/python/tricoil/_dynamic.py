@@ -1,15 +1,13 @@
 """`tricoil evaluate --dynamic`: files, result, text, CSV and picture."""
 
 import os
-import shutil
-import subprocess
-import sys
-import tempfile
 
 import numpy as np
 
 from . import _poses
+from ._drawing import draw_and_publish
 from ._poses import Poses, PoseError
+from ._staged_folder import StagedFolder
 
 OPTIONS = ("time_offset", "same_clock", "sensor", "reference_sensor", "unit", "time_unit", "rate_hz", "rotation", "columns", "out")
 NO_SCIPY = "needs NumPy and SciPy: install the packages python3-numpy and python3-scipy"
@@ -113,28 +111,13 @@ def csv_text(e):
 
 def write(out, errors):
     """dynamic_errors.csv and dynamic_errors.svg, complete or not at all."""
-    made = not os.path.isdir(out)
     try:
-        os.makedirs(out, exist_ok=True)
-        staging = tempfile.mkdtemp(prefix=".tricoil-", dir=out)
-    except OSError as error:
-        raise PoseError(f"cannot use output folder {out}: {error.strerror}; create its parent or choose another") from None
-    try:
-        with open(os.path.join(staging, "dynamic_errors.csv"), "w", encoding="utf-8") as file:
-            file.write(csv_text(errors))
-        program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "_draw.py")
-        drawn = subprocess.run([sys.executable, "-I", program, "dynamic_errors.svg"], cwd=staging, capture_output=True, text=True, check=False)
-        for name in sorted(os.listdir(staging)):
-            if name.endswith(".csv") or drawn.returncode == 0:
-                os.replace(os.path.join(staging, name), os.path.join(out, name))
-        made = False
-    finally:
-        shutil.rmtree(staging, ignore_errors=True)
-        if made:
-            os.rmdir(out)
-    if drawn.returncode != 0:
-        lines = drawn.stderr.strip().splitlines() or [f"python3 ended with {drawn.returncode}"]
-        raise PoseError(f"{lines[-1]}; the CSV files are in {out}")
+        with StagedFolder(out) as staged:
+            with open(os.path.join(staged.path, "dynamic_errors.csv"), "w", encoding="utf-8") as file:
+                file.write(csv_text(errors))
+            draw_and_publish(staged, out, ["dynamic_errors.svg"])
+    except ValueError as error:
+        raise PoseError(str(error)) from None
 
 
 def text(r):

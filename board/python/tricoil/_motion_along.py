@@ -68,7 +68,7 @@ def motion_along(
 
     poses: of read_poses() or run(), or a structured array; their positions are the true path. kappa: exact, paper (29) or two. loop: open (as in
     the paper) or closed (as in a device). rate_hz: updates per second; the path between the poses is a spline. place_m: new mean of the path;
-    None: it stays where it was recorded.
+    None: it stays where it was recorded. The formulas assume the dipole's near field: (r k)^2 / 2 is 3.9e-7 at 3 m and 14 kHz.
 
     Returns a structured array of the updates: time_s, position_m (3), speed_m_s, range_m, azimuth_rad, elevation_rad (true), e_rho_m, e_alpha_rad
     (without whole turns), e_beta_rad and position_error_m (3, Cartesian); errors are true minus measured.

@@ -6,14 +6,14 @@ import os
 
 import numpy as np
 
-from ._dynamic import of_both, readers
+from ._dynamic import number, of_both, readers
 from ._fitted_timing import rms_by_reference
 from ._motion_along import along
 from ._motion_analysis import CAUSES
 from ._motion_error import MotionError, chosen_timing, motion_error
-from ._output_file import OutputFile
+from ._output_file import write_whole
 from ._poses import PoseError, read
-from ._timing import NAMES
+from ._timing import TIMINGS
 
 EDGES = {
     "speed_m_s": (0, 0.1, 0.25, 0.5, 1, 2, np.inf),
@@ -22,8 +22,10 @@ EDGES = {
 }
 TITLES = {"speed_m_s": "speed, m/s", "angular_rate_rad_s": "angular rate, rad/s", "range_m": "range, m"}
 READER_OPTIONS = ("sensor", "unit", "time_unit", "rate_hz", "rotation", "columns")
+PLAN_OPTIONS = ("center", "size", "grid", "limits", "turn_limits", "turn", "rate_hz")
 PICTURES = (".svg", ".png", ".pdf")
 UPDATES_HZ = 240.0
+CARRIER_HZ, LIGHT_M_S = 14_000.0, 299_792_458.0  # FASTRAK and LIBERTY use 8 to 14 kHz
 UNCHECKED = "an assumption: without a reference it cannot be checked"
 
 
@@ -52,6 +54,16 @@ def table(rows, by: str) -> list[dict]:
     return result
 
 
+def near_field(position_m) -> dict:
+    """Relative error of the dipole's near field, (r k)^2 / 2 with k = 2 pi f / c, at the farthest pose and the highest carrier of common trackers."""
+    range_m = float(np.linalg.norm(position_m, axis=1).max())
+    return {"range_m": range_m, "carrier_hz": CARRIER_HZ, "share": float((2 * np.pi * CARRIER_HZ / LIGHT_M_S * range_m) ** 2 / 2)}
+
+
+def near_field_line(found: dict) -> str:
+    return f"  near field   assumed: (r k)^2 / 2 = {found['share']:.1e} at {found['range_m']:.2f} m and {found['carrier_hz'] / 1e3:g} kHz"
+
+
 def summary(result: MotionError) -> dict:
     """The result of `tricoil motion --poses --json`."""
     rows = result.rows[result.rows["is_predicted"]]
@@ -71,6 +83,7 @@ def summary(result: MotionError) -> dict:
         "tables": {by: table(rows, by) for by in EDGES},
         "corrected_deviation_m": stated["corrected"],
         "smoothed_deviation_m": stated["smoothed"],
+        "near_field": near_field(result.corrected.position_m),
         "notes": list(result.corrected.notes),
     }
 
@@ -91,6 +104,7 @@ def text(result: dict) -> str:
         seen = f"found with {against['file']} ({against['multiplexing']})" if against["multiplexing"] else "given"
         lines.append(f"               {seen}; against {against['file']}: {_mm(against['given_rms_m'])} mm RMS as given, "
                      f"{_mm(against['corrected_rms_m'])} mm corrected")
+    lines.append(near_field_line(result["near_field"]))
     if result["poses_beside_gaps"]:
         lines.append(f"  left out     {result['poses_beside_gaps']} poses between gaps that are too close")
     lines.append(f"  motion error {_mm(result['position_rms_m'])} mm RMS, deviation {_mm(result['position_deviation_m'])} mm; "
@@ -122,15 +136,6 @@ def write(path, result: MotionError, smooth: bool) -> None:
     write_whole(path, "\n".join(lines) + "\n")
 
 
-def write_whole(path, content):
-    try:
-        with OutputFile(path) as file:
-            file.write(content)
-            file.commit()
-    except ValueError as error:
-        raise PoseError(str(error)) from None
-
-
 def refuse_others(options, known, what):
     unknown = options.keys() - set(known)
     if unknown:
@@ -152,7 +157,7 @@ def read_both(poses, reference, options):
 def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=False, **reader) -> dict:
     """Reads a file of poses, predicts its motion error, and writes what is wanted. Raises PoseError, OSError."""
     if timing is None:
-        raise PoseError(f"motion --poses needs --timing: tdm:SLOTS/RATE, for example tdm:3/720, fdm, {', '.join(NAMES)}, or fit with --reference")
+        raise PoseError(f"motion --poses needs --timing: tdm:SLOTS/RATE, for example tdm:3/720, fdm, {', '.join(TIMINGS)}, or fit with --reference")
     refuse_others(reader, READER_OPTIONS, "--poses")
     if plot is not None and os.path.splitext(plot)[1] not in PICTURES:
         raise PoseError(f"--plot must end in {', '.join(PICTURES)}; is '{plot}'")
@@ -194,16 +199,17 @@ def place_of(text):
 
 
 def run_trajectory(trajectory, kappa="exact", loop="open", rate_hz=None, place=None, out=None, **reader) -> dict:
-    """Errors by the paper's formulas along the path of a file. rate_hz: updates per second; of a file without time, that of its rows. Raises PoseError, OSError."""
+    """Errors by the paper's formulas along the path of a file. rate_hz: updates per second; of a file without time, that of its rows; or both, UPDATES,POSES. Raises PoseError, OSError."""
     refuse_others(reader, READER_OPTIONS, "--trajectory")
-    updates_hz = UPDATES_HZ
+    updates, rows_hz = (number("--rate-hz", one) for one in of_both("--rate-hz", rate_hz, "UPDATES,POSES"))
+    updates_hz = UPDATES_HZ if updates is None else updates
     try:
         path = read(trajectory, **reader)
-        updates_hz = UPDATES_HZ if rate_hz is None else float(rate_hz)
     except PoseError:
-        if rate_hz is None:
+        if rows_hz is None:
             raise
-        path = read(trajectory, rate_hz=rate_hz, **reader)
+        path = read(trajectory, rate_hz=rows_hz, **reader)
+        updates_hz = UPDATES_HZ if updates == rows_hz else updates_hz
     rows = along(path, kappa, loop, updates_hz, place_of(place))
     if out is not None:
         names = ("time_s", "range_m", "azimuth_rad", "elevation_rad", "e_rho_m", "e_alpha_rad", "e_beta_rad")
@@ -221,6 +227,7 @@ def run_trajectory(trajectory, kappa="exact", loop="open", rate_hz=None, place=N
         "position_error_rms_m": float(np.sqrt(np.mean(apart**2))),
         "max_position_error_m": float(apart.max()),
         "max_speed_m_s": float(rows["speed_m_s"].max()),
+        "near_field": near_field(rows["position_m"]),
         "notes": list(path.notes),
     }
 
@@ -233,12 +240,23 @@ def trajectory_text(result: dict) -> str:
     lines.append(f"  {result['loop']} loop, {result['updates']} updates of {result['update_s']:.6f} s, kappa {result['kappa']}")
     lines.append(f"  max|e_rho| {predicted['max_abs_e_rho_m']:.9f} m, max|e_alpha| {predicted['max_abs_e_alpha_rad']:.9f} rad, "
                  f"max|e_beta| {predicted['max_abs_e_beta_rad']:.9f} rad, final e_beta {predicted['final_e_beta_rad']:.9f} rad")
+    lines.append(near_field_line(result["near_field"]))
     lines.append(f"  position error {_mm(result['position_error_rms_m'])} mm RMS, at most {_mm(result['max_position_error_m'])} mm")
     return "\n".join(lines) + "\n"
 
 
-def run(poses=None, trajectory=None, **options) -> tuple[dict, str]:
-    """Result and text of tricoil motion with --poses or --trajectory."""
+def run(poses=None, trajectory=None, plan=None, **options) -> tuple[dict, str]:
+    """Result and text of tricoil motion with --poses, --trajectory or --plan."""
+    if plan is not None:
+        from . import _plan
+
+        if poses is not None or trajectory is not None:
+            raise PoseError("--plan: not with --poses or --trajectory")
+        refuse_others(options, PLAN_OPTIONS, "--plan")
+        return _plan.run(plan, **options)
+    refuse_plan = set(options) & (set(PLAN_OPTIONS) - {"rate_hz"})
+    if refuse_plan:
+        raise PoseError(f"--{min(refuse_plan).replace('_', '-')}: requires --plan")
     if poses is not None and trajectory is not None:
         raise PoseError("give --poses or --trajectory, not both")
     if poses is not None:

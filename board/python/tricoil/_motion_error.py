@@ -132,7 +132,8 @@ def motion_error(poses: Any, timing: str | Timing, *, reference: Any = None) -> 
     order=231 (coils in the order of their slots, the newest last), latency=MS (from the middle of the newest slot to the time stamp),
     window=MS (of one measurement) and solver=previous (the paper's previous-measurement technique; otherwise maximum likelihood).
 
-    The timing is an assumption: without a reference it cannot be checked. With timing="fit" and a reference (as in verify()) it is found; FDM, and
+    The timing is an assumption: without a reference it cannot be checked. So is the dipole's near field, whose relative error (r k)^2 / 2 is
+    3.9e-7 at 3 m and 14 kHz. With timing="fit" and a reference (as in verify()) it is found; FDM, and
     trackers that move their columns to one time, are then left alone. Raises ValueError for poses or a timing that cannot be right.
     """
     try:
@@ -145,7 +146,7 @@ def motion_error(poses: Any, timing: str | Timing, *, reference: Any = None) -> 
         raise ValueError(own_names(str(error))) from None
 
     def with_covariance(pose, covariance):
-        return CorrectedPoses(given.time_s, *pose, given.name, given.notes, covariance, analysis.is_analysed)
+        return CorrectedPoses(given.time_s, *pose, given.name, given.notes, covariance=covariance, is_corrected=analysis.is_analysed)
 
     return MotionError(known, _rows(analysis), with_covariance(analysis.corrected, analysis.covariance),
                        with_covariance(analysis.smoothed, analysis.smoothed_covariance))

@@ -80,3 +80,10 @@ class OutputFile:
             self._file.close()
         except OSError:  # told by write() or commit()
             pass
+
+
+def write_whole(path: str, content: str | bytes) -> None:
+    """Writes a file completely or not at all. Raises ValueError, OSError as OutputFile."""
+    with OutputFile(path) as file:
+        file.write(content)
+        file.commit()

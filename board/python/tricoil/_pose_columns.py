@@ -1,5 +1,6 @@
 """Meaning of the columns of a table of poses: names, units, rotations, time, sensor."""
 
+import dataclasses
 import datetime
 import re
 
@@ -88,10 +89,11 @@ class Columns:
 
 
 def choose_sensor(table, columns, sensor):
+    """The rows of a sensor, and its number or name. Throws PoseError."""
     if not columns.has("sensor"):
         if sensor is not None and "sensor" not in table.units:
             raise PoseError(f"{table.name}: has no column sensor; leave --sensor out")
-        return table
+        return table, table.units.get("sensor", "")
     texts = table.fields[columns.of[("sensor",)]]
 
     def plain(text):
@@ -104,13 +106,13 @@ def choose_sensor(table, columns, sensor):
     names = sorted({plain(text) for text in texts})
     if sensor is None:
         if len(names) == 1:
-            return table
+            return table, names[0]
         shown = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
         raise PoseError(f"{table.name}: has the sensors {shown}; choose one with --sensor")
     rows = [n for n, text in enumerate(texts) if plain(text) == plain(sensor)]
     if not rows:
         raise PoseError(f"{table.name}: has no sensor {sensor}; it has {', '.join(names[:6])}")
-    return table.taken(rows)
+    return table.taken(rows), plain(sensor)
 
 
 INVALID = ("0", "false", "no", "missing", "disabled", "invalid", "lost", "not tracked", "not_tracked", "bad")
@@ -125,7 +127,7 @@ def without_invalid(table, columns, used):
     keep &= ~some
     left_out = int(np.sum(~keep))
     if left_out:
-        table = table.taken(np.flatnonzero(keep))
+        table = dataclasses.replace(table.taken(np.flatnonzero(keep)), left_out=left_out)
         table.notes.append(f"{left_out} rows without a valid pose are left out")
     return table
 
@@ -289,14 +291,32 @@ def position_columns(columns):
                     "or mm, cm or in instead of m")
 
 
+def deviations(table):
+    """Standard deviations (N, 6), m, then rad, of tricoil's own columns, NaN without those of the attitude; None: the file does not have those
+    of the position for every pose."""
+    names = [text.strip().lower() for text in table.columns]
+
+    def columns(unit, prefix):
+        at = [names.index(name) for name in (f"{prefix}{axis}_{unit}" for axis in "xyz") if name in names]
+        if len(at) < 3 or table.empty(at)[1].any():
+            return np.full((1, 3), np.nan)
+        return np.stack([table.numbers(n) for n in at], axis=1)
+
+    for unit, metres in METRES.items():
+        position_m = metres * columns(unit, "std_")
+        if np.isfinite(position_m).all():
+            return np.hstack((position_m, np.broadcast_to(columns("rad", "std_r"), position_m.shape)))
+    return None
+
+
 def poses(table: Table, *, sensor, unit, time_unit, rate_hz, rotation) -> Poses:
     """Poses of the table. Throws PoseError."""
     columns = Columns(table)
     at_position = position_columns(columns)
     kind, at_rotation = rotation_columns(columns, rotation)
-    table = choose_sensor(table, columns, sensor)
     if not len(table):
         raise PoseError(f"{table.name}: has no poses")
+    table, chosen = choose_sensor(table, columns, sensor)
     table = without_invalid(table, columns, at_position + at_rotation)
     if not len(table):
         raise PoseError(f"{table.name}: has no valid pose")
@@ -309,4 +329,6 @@ def poses(table: Table, *, sensor, unit, time_unit, rate_hz, rotation) -> Poses:
         table.notes.append("positions without a unit are read as m")
     position_m = METRES[used or "m"] * np.stack([table.numbers(n) for n in at_position], axis=1)
     q = quaternions(table, columns, kind, at_rotation) if kind else None
-    return checked(times(table, columns, time_unit, rate_hz), position_m, q, table.name, table.where, table.notes, unit_is_given=unit is not None, unit_is_named=of_file is not None)
+    found = checked(times(table, columns, time_unit, rate_hz), position_m, q, table.name, table.where, table.notes, unit_is_given=unit is not None,
+                    unit_is_named=of_file is not None, deviation=deviations(table))
+    return dataclasses.replace(found, sensor=chosen, left_out=table.left_out)

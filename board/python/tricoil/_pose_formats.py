@@ -1,8 +1,9 @@
-"""Files of other systems, as tables: Motive CSV, NDI tables, .igs.mha (PlusToolkit), JSON lines."""
+"""Files of other systems, as tables: Motive CSV, NDI tables, .igs.mha (PlusToolkit), JSON lines, own MCAP."""
 
 import json
 import re
 
+from . import _mcap
 from ._poses import PoseError
 from ._pose_text import Table, decoded, separator_of, split
 
@@ -12,6 +13,10 @@ XYZ = ("x", "y", "z")
 
 def find(data: bytes):
     """The function that reads this file, called with (data, name, sensor); None: a table with names, or JSON lines."""
+    if data.startswith(_mcap.MAGIC):
+        return mcap
+    if data.startswith(b"#ROSBAG") or data.startswith(b"SQLite format 3") or (data[1:2] == b"P" and b"\0" in data[:512]):
+        return binary
     begin = data[:4096].lstrip(b"\xef\xbb\xbf").lstrip()
     if begin.startswith(b"Format Version"):
         return motive
@@ -20,6 +25,18 @@ def find(data: bytes):
     if re.match(rb"\"?Tools\"?[,;\t]", begin):
         return ndi
     return None
+
+
+def mcap(data, name, _):
+    """Of tricoil convert --to mcap."""
+    return json_lines(_mcap.json_text(data, name), name)
+
+
+def binary(data, name, _):
+    """Refuses C3D and rosbag, which no library of this system reads."""
+    kind = "C3D" if data[1:2] == b"P" else "a rosbag"
+    mend = "export CSV with the program that wrote it" if kind == "C3D" else "export its poses as CSV or JSON lines, for example with ros2 topic echo --csv"
+    raise PoseError(f"{name}: is {kind}, a binary format that is not read; {mend}")
 
 
 def chosen(names, sensor, name, what):
@@ -32,6 +49,8 @@ def chosen(names, sensor, name, what):
         raise PoseError(f"{name}: has the {what} {shown}; choose one with --sensor" if names else f"{name}: has no {what}")
     if str(sensor).lower() in by_name:
         return by_name[str(sensor).lower()]
+    if f"{sensor}totrackertransform".lower() in by_name:  # PlusToolkit: Stylus is StylusToTrackerTransform
+        return by_name[f"{sensor}totrackertransform".lower()]
     if re.fullmatch("[0-9]+", str(sensor)) and 1 <= int(sensor) <= len(names):
         return names[int(sensor) - 1]
     raise PoseError(f"{name}: has no {sensor}; it has {shown}")
@@ -136,6 +155,9 @@ def flat(value, prefix=""):
             return dict(zip(WXYZ, map(str, value)))
         if plain in ("q_xyzw", "quaternion_xyzw"):
             return dict(zip(("qx", "qy", "qz", "qw"), map(str, value)))
+        if (found := re.fullmatch(r"std_(m|cm|mm|in)_rad", plain)) and len(value) == 6:
+            names = [f"std_{axis}_{found[1]}" for axis in XYZ] + [f"std_r{axis}_rad" for axis in XYZ]
+            return {key: "" if one is None else str(one) for key, one in zip(names, value)}
         return {}
     return {name: "" if value is None else str(value)}
 

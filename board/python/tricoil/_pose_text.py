@@ -27,6 +27,7 @@ class Table:
     notes: list = dataclasses.field(default_factory=list)
     decimal_comma: bool = False
     rate_hz: float | None = None  # of the column of frames, if the file says it
+    left_out: int = 0  # rows without a valid pose
 
     def __len__(self):
         return len(self.lines)

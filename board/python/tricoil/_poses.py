@@ -27,7 +27,8 @@ class Poses:
     """Poses of one sensor, as read_poses() returns them.
 
     time_s: (N,), s, increasing. position_m: (N, 3), m. quaternion_wxyz: (N, 4), unit length, sensor frame to the frame of the file; None:
-    positions only. name: of the file. notes: what the reader assumed or left out, one sentence each.
+    positions only. name: of the file. notes: what the reader assumed or left out, one sentence each. deviation: (N, 6), m, then rad, standard
+    deviations that the file states, NaN those of attitudes that it does not; None: it states none. sensor: number or name in the file. left_out: rows without a valid pose.
     """
 
     time_s: NDArray
@@ -35,12 +36,16 @@ class Poses:
     quaternion_wxyz: NDArray | None = None
     name: str = "poses"
     notes: tuple[str, ...] = ()
+    deviation: NDArray | None = dataclasses.field(default=None, kw_only=True)
+    sensor: str = dataclasses.field(default="", kw_only=True)
+    left_out: int = dataclasses.field(default=0, kw_only=True)
 
     def __len__(self) -> int:
         return len(self.time_s)
 
 
-def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, unit_is_given: bool = False, unit_is_named: bool = False) -> Poses:
+def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, unit_is_given: bool = False, unit_is_named: bool = False,
+            deviation=None) -> Poses:
     """Poses with a rising time, finite numbers and unit quaternions; rows that are there twice are taken once.
 
     where: function of a row's index, "FILE:LINE". unit_is_given: by an option. unit_is_named: in the file. Throws PoseError.
@@ -63,9 +68,11 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
     refuse((abs(position_m) > LARGEST_M).any(axis=1), lambda n: f"the position is {abs(position_m[n]).max():.3g} m away; at most {LARGEST_M:g} m is possible; correct it, or the unit")
     if q is not None:
         refuse(~np.isfinite(q).all(axis=1), "the attitude " + broken)
-        length = np.linalg.norm(q, axis=1)
+        length = np.linalg.norm(np.clip(q, -1e9, 1e9), axis=1)  # the square of a larger number may be infinite
         refuse(abs(length - 1) > 0.01, lambda n: f"quaternion has length {length[n]:.3f}, not 1")
         q /= length[:, None]
+    if deviation is not None:
+        refuse((deviation < 0).any(axis=1), "a standard deviation is negative")
     step = np.diff(time_s)
     same = step == 0
     if same.any():
@@ -74,6 +81,7 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
         keep = np.append(True, ~same)
         kept = np.flatnonzero(keep)
         time_s, position_m, q = time_s[keep], position_m[keep], None if q is None else q[keep]
+        deviation = None if deviation is None else deviation[keep]
         if not keep.all():
             notes.append(f"{np.sum(~keep)} rows are there twice; taken once")
         step = np.diff(time_s)
@@ -95,7 +103,7 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
             give = "Correct it in the file" if unit_is_named else "Give it with --unit"
             mend = f"; is the unit {' or '.join(units)}? {give}" if units else "; if this is right, give --unit m"
             raise PoseError(f"{name}: the positions are {far:.4g} m away{mend}")
-    return Poses(time_s, position_m, q, name, tuple(notes))
+    return Poses(time_s, position_m, q, name, tuple(notes), deviation=None if deviation is None else deviation[kept])
 
 
 def read_poses(
@@ -110,8 +118,8 @@ def read_poses(
 ) -> Poses:
     """Reads the poses of one sensor from a file of this or of another tracker.
 
-    path: a table with a line of names (comma, semicolon, tab or blanks; comments begin with # or %), JSON lines, Motive CSV, NDI table or
-    .igs.mha (PlusToolkit). Names are, in any order, for example time_s, x_mm, "Y (cm)", position_z, qw to qz, azimuth_deg, elevation, roll,
+    path: a table with a line of names (comma, semicolon, tab or blanks; comments begin with # or %), JSON lines, Motive CSV, NDI table,
+    .igs.mha (PlusToolkit) or MCAP of tricoil convert. Names are, in any order, for example time_s, x_mm, "Y (cm)", position_z, qw to qz, azimuth_deg, elevation, roll,
     rotvec_x, r11 to r33 or m11 to m44, frame, sensor, valid. sensor: its number or name, if the file has several. unit: of positions, m, cm,
     mm or in, if the file does not name it. time_unit: s, ms, us or ns, likewise. rate_hz: of the column frame, or of a file without time. rotation: how three
     angles turn: polhemus (azimuth, elevation, roll), rotvec, or axes as SciPy names them, for example ZYX; also xyzw or wxyz for q1 to q4.
@@ -130,14 +138,18 @@ def read_poses(
 
 def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation=None, columns=None) -> Poses:
     """As read_poses(); throws PoseError with the names of the program's options."""
-    from . import _pose_columns, _pose_formats, _pose_text
+    from . import _array_file, _pose_columns, _pose_formats, _pose_text
 
     if unit is not None and unit not in METRES:
         raise PoseError(f"--unit must be m, cm, mm or in; is '{unit}'")
     if time_unit is not None and time_unit not in _pose_columns.SECONDS:
         raise PoseError(f"--time-unit must be s, ms, us or ns; is '{time_unit}'")
-    if rate_hz is not None and not 0 < float(rate_hz) <= 1e6:
-        raise PoseError(f"--rate-hz must be more than 0 and at most 1e6; is {rate_hz}")
+    try:
+        rate_is_good = rate_hz is None or 0 < float(rate_hz) <= 1e6
+    except (TypeError, ValueError):
+        rate_is_good = False
+    if not rate_is_good:
+        raise PoseError(f"--rate-hz must be a number, more than 0 and at most 1e6; is {rate_hz}")
     if rotation is not None:
         _pose_columns.check_rotation(str(rotation))
     if columns is not None and not isinstance(columns, str):
@@ -150,6 +162,8 @@ def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation
     if not data.strip():
         raise PoseError(f"{name}: is empty")
     try:
+        if _array_file.is_array_file(data):
+            data = _array_file.table_of(data, name)
         other = _pose_formats.find(data)
         if other is not None:
             table = other(data, name, sensor)

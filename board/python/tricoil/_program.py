@@ -10,6 +10,7 @@ import importlib
 import importlib.util
 import json
 import os
+import signal
 import sys
 
 
@@ -29,12 +30,14 @@ def refuse(message, code=2):
 
 
 def words_of(arguments):
-    """Options by name, with _ for -, and files."""
+    """Options by name, with _ for -, and files. An option that is given several times has a list."""
     end = arguments.index("--")
     options = {}
     for word in arguments[:end]:
         name, has_value, value = word[2:].partition("=")
-        options[name.replace("-", "_")] = value if has_value else True
+        key = name.replace("-", "_")
+        value = value if has_value else True
+        options[key] = value if key not in options else [*(options[key] if isinstance(options[key], list) else [options[key]]), value]
     return options, arguments[end + 1:]
 
 
@@ -79,7 +82,7 @@ def motion(options, files):
 
     as_json = options.pop("json", False)
     result, text = _motion_command.run(**options)
-    if options.get("out") != "-":
+    if "-" not in (options.get("out"), options.get("plan")):
         put_result(result, as_json, text)
 
 
@@ -94,14 +97,106 @@ def demodulate(options, files):
         sys.exit(1)
 
 
-COMMANDS = {"demodulate": demodulate, "evaluate": evaluate, "motion": motion}
+def bench(options, files):
+    from tricoil import _bench
+
+    as_json = options.pop("json", False)
+    result, text = _bench.run(files[0], **options)
+    put_result(result, as_json, text, sys.stderr if options.get("out") == "-" else sys.stdout)
 
 
-def main():
-    name = sys.argv[1]
+def truth(options, files):
+    from tricoil import _truth_command
+
+    as_json = options.pop("json", False)
+    result, _ = _truth_command.run(files, **options)
+    put_result(result, as_json, _truth_command.text(result), sys.stderr if options.get("out") == "-" else sys.stdout)
+
+
+def convert(options, files):
+    from tricoil import _convert
+
+    as_json = options.pop("json", False)
+    is_printed = options.get("out", "-") == "-"
+    if as_json and is_printed:
+        refuse("--json: the poses need a file; add --out FILE")
+    result = _convert.run(files[0], **options)
+    if not is_printed:
+        put_result(result, as_json, _convert.text(result))
+
+
+def figures(options, files):
+    from tricoil import _figures
+
+    as_json = options.pop("json", False)
+    result = _figures.run(**options)
+    put_result(result, as_json, _figures.text(result))
+
+
+def wiring(options, files):
+    from tricoil import _wiring_command
+
+    as_json = options.pop("json", False)
+    result = _wiring_command.run(files, **options)
+    put_result(result, as_json, _wiring_command.text(result))
+    reason = _wiring_command.reason(result, options.get("out"))
+    if reason:
+        put(f"tricoil: {reason} (exit code 1)\n", sys.stderr)
+        sys.exit(1)
+
+
+def design(options, files):
+    from tricoil import _design
+
+    as_json = options.pop("json", False)
+    result, text = _design.run(**options)
+    put_result(result, as_json, text)
+
+
+def pivot(options, files):
+    from tricoil import _pivot
+
+    as_json = options.pop("json", False)
+    result = _pivot.of_file(files[0], options.get("sensor"), options.get("out", ""))
+    put_result(result, as_json, _pivot.text(result), sys.stderr if options.get("out") == "-" else sys.stdout)
+
+
+def plot(options, files):
+    from tricoil import _plot_command
+    from tricoil._command import _words
+
+    as_json = options.pop("json", False)
+    out = options.pop("out", None)
+    result = _plot_command.run(files[0], _words(options), out, options)
+    put_result(result, as_json, _plot_command.text(result), sys.stderr if out == "-" else sys.stdout)
+
+
+def evaluate_picture(options, files):
+    """The picture of evaluate --out, which has printed its result."""
+    from tricoil import _drawing
+
+    _drawing.draw_beside(options["out"], "pose_errors.csv", "error_vectors.svg")
+    sys.exit(int(options["code"]))
+
+
+COMMANDS = {"bench": bench, "convert": convert, "demodulate": demodulate, "design": design, "evaluate": evaluate,
+            "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "truth": truth,
+            "wiring": wiring}
+WITHOUT_SCIPY = ("evaluate-picture", "figures", "plot")
+
+
+class Interrupted(KeyboardInterrupt):
+    """A signal that ends the program after it has removed what it has not finished."""
+
+
+def interrupt(number, _):
+    raise Interrupted(number)
+
+
+def start(name, words):
     # Of matplotlib: its list of fonts is kept where it is for every program; no folder of settings is read or made.
     os.environ["MPLCONFIGDIR"] = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "matplotlib")
-    for module in ("numpy", "scipy"):
+    for module in ("numpy",) if name in WITHOUT_SCIPY else ("numpy", "scipy"):
         if importlib.util.find_spec(module) is None:
             refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy", 3)
     find_package()
@@ -109,8 +204,15 @@ def main():
         importlib.import_module("tricoil")
     except ImportError as error:
         refuse(f"{name}: needs the Python package of tricoil ({error}): install the package python3-tricoil", 3)
+    COMMANDS[name](*words_of(words))
+
+
+def main():
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, interrupt)
     try:
-        COMMANDS[name](*words_of(sys.argv[2:]))
+        start(sys.argv[1], sys.argv[2:])
     except ValueError as error:
         refuse(error)
     except BrokenPipeError:
@@ -119,8 +221,8 @@ def main():
         refuse(f"{error.filename}: {error.strerror}" if error.filename else error, 2 if isinstance(error, (FileNotFoundError, PermissionError)) else 3)
     except MemoryError:
         refuse("out of memory; the input is too large for this machine", 3)
-    except KeyboardInterrupt:
-        refuse("interrupted; nothing was written", 130)
+    except KeyboardInterrupt as error:
+        refuse("interrupted; nothing was written", 128 + (error.args or (signal.SIGINT,))[0])
 
 
 if __name__ == "__main__":

@@ -91,14 +91,14 @@ def run(
     options.duration_s = duration_s
     options.rate_hz = rate_hz
     options.faults = [faults] if isinstance(faults, str) else list(faults)
-    options.noise = noise
+    options.no_noise = not noise
     options.trajectory = "" if trajectory is None else os.fspath(trajectory)
     options.place_m = _three("place_m", place_m)
     options.speed = speed
     if hemisphere is not None:
         options.hemisphere = _three("hemisphere", hemisphere)
     options.confined = confined
-    options.deskew = deskew
+    options.no_deskew = not deskew
     options.passes = passes
     options.predict_s = predict_s
     options.fidelity = fidelity

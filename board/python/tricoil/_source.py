@@ -139,7 +139,7 @@ def open(name: str | os.PathLike, tracker: str | None = None) -> Source:  # noqa
     configuration file of `tricoil run --config`, recording:FOLDER, or sim:SCENARIO[,KEY=VALUE...] with the keys mux, rate_hz,
     duration_s, seed, noise, stations (1 to 4 sensors) and realtime (yes or no; default no: as fast as poses are asked for).
     A device takes the keys hemisphere=X/Y/Z, the direction to the sensor's half space in the source frame, and confined: the sensor
-    never leaves it (wall, table), so that it is found again after any loss. Example: can:can0,hemisphere=1/0/0,confined.
+    never leaves it (wall, table), so that it is found again after any loss; and wiring=FILE, see read_wiring(). Example: can:can0,hemisphere=1/0/0,confined.
     tracker: direct, previous, scaat or scaat,predict_s=SECONDS (poses ahead of the newest column);
     None: that of the configuration or recording, otherwise direct.
 

@@ -13,6 +13,7 @@ from ._byte_stream import ByteStream
 STATES = ("S1", "S2", "S3")
 LONGEST_LINE = 1 << 20
 SHOWN_CHARACTERS = 24
+LARGEST = 1e12  # of a sample: squares of larger numbers may be infinite
 NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|inf|infinity|nan)", re.IGNORECASE | re.ASCII)
 
 
@@ -213,7 +214,8 @@ class Table:
         return self.names.index(name)
 
     def numbers(self, rows: Rows, wanted: list) -> list:
-        """Finite numbers of columns, float64. wanted: (column, limits) of each; limits: whole numbers between these, None: any number."""
+        """Finite numbers of columns, float64. wanted: (column, limits) of each; limits: whole numbers between these, None: any number up to
+        LARGEST."""
         if rows.values is None:
             cells = [rows.cells(row) for row in range(len(rows))]
             found = [np.array([np.nan if (value := cell_number(row[column])) is None else value for row in cells]) for column, _ in wanted]
@@ -221,7 +223,9 @@ class Table:
             found = [rows.values[:, column] for column, _ in wanted]
         is_good = np.isfinite(found)
         for good, values, (_, limits) in zip(is_good, found, wanted):
-            if limits is not None:
+            if limits is None:
+                good &= abs(values) <= LARGEST
+            else:
                 good &= (values == np.floor(values)) & (values >= limits[0]) & (values <= limits[1])
         if not is_good.all():
             row = int(np.argmin(is_good.all(axis=0)))
@@ -234,4 +238,4 @@ class Table:
         value = cell_number(text)
         if value is None or not np.isfinite(value):
             raise ValueError(f"{where}: '{shown(text)}' is not {'a number' if value is None else 'finite; remove or repair the line'}")
-        raise ValueError(f"{where}: {text} is not a whole number from {limits[0]} to {limits[1]}")
+        raise ValueError(f"{where}: {text} is " + (f"above {LARGEST:g}" if limits is None else f"not a whole number from {limits[0]} to {limits[1]}"))

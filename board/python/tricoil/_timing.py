@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ._poses import PoseError
 
 #: Description and the words of --timing. Makers do not publish the slots of their trackers; the numbers follow from the documented rate.
-NAMES = {
+TIMINGS = {
     "tricoil-tdm": ("tricoil with --mux tdm: 240 frames of three slots", "tdm:3/720,window=1.1111"),
     "tricoil-fdm": ("tricoil with --mux fdm", "fdm:240"),
     "fastrak": ("Polhemus FASTRAK with one sensor, 120 poses/s: three coils in turn", "tdm:3/360"),
@@ -127,15 +127,15 @@ def _options(timing, words):
 
 
 def parse_timing(text: str) -> Timing:
-    """Timing of a text: tdm:SLOTS/RATE, fdm or fdm:RATE, or a name of NAMES, each with options such as ,order=231,latency=4.
+    """Timing of a text: tdm:SLOTS/RATE, fdm or fdm:RATE, or a name of TIMINGS, each with options such as ,order=231,latency=4.
 
     Raises PoseError.
     """
     base, *words = text.strip().lower().split(",")
     if base in OTHERS:
         raise PoseError(f"timing '{base}': {OTHERS[base]}; this model has three coils at one place")
-    if base in NAMES:
-        given, *named = NAMES[base][1].split(",")
+    if base in TIMINGS:
+        given, *named = TIMINGS[base][1].split(",")
         words = named + words
     else:
         given = base
@@ -144,9 +144,9 @@ def parse_timing(text: str) -> Timing:
         window_s = 1 / _number(text, numbers, "the rate of FDM", 1, 1e5) if numbers else 0.0
         return _options(Timing(text, window_s=window_s), words)
     if kind != "tdm":
-        near = difflib.get_close_matches(base, [*NAMES, "tdm:3/720", "fdm"], 1)
+        near = difflib.get_close_matches(base, [*TIMINGS, "tdm:3/720", "fdm"], 1)
         hint = f"; did you mean '{near[0]}'" if near else ""
-        raise PoseError(f"unknown timing '{base}'{hint}; give tdm:SLOTS/RATE, for example tdm:3/720, fdm, {', '.join(NAMES)} or fit")
+        raise PoseError(f"unknown timing '{base}'{hint}; give tdm:SLOTS/RATE, for example tdm:3/720, fdm, {', '.join(TIMINGS)} or fit")
     slots, _, rate = numbers.partition("/")
     if not (slots.isascii() and slots.isdigit()) or not COLUMNS <= int(slots) <= 16:
         raise PoseError(f"timing '{text}': give tdm:SLOTS/RATE with 3 to 16 slots a frame and RATE slots a second, for example tdm:3/720")

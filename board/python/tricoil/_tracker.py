@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from . import _tricoil
 from ._model import COUPLING_CONSTANT, _file, _three
 from ._source import Pose
+from ._wiring import Wiring, wiring_of
 
 
 class Filter:
@@ -17,7 +18,7 @@ class Filter:
     method: scaat (Kalman filter), direct or previous. calibration: file of tricoil calibrate with the coils, instead of
     coupling_constant; separate or large coils need scaat. column_span_s: longest time between the oldest and the newest column
     of a signal matrix: with TDM 2.5 slots, that is 2.5 / 3 of the frame period; 0 if the columns are simultaneous (FDM). window_s: length of
-    a demodulation window, for the predicted blur. confined: the sensor never leaves the half space `hemisphere`.
+    a demodulation window, for the predicted blur. wiring: of the channels, see read_wiring(). confined: the sensor never leaves the half space `hemisphere`.
     """
 
     def __init__(
@@ -30,7 +31,9 @@ class Filter:
         confined: bool = False,
         column_span_s: float = 0.0,
         window_s: float = 0.0,
+        wiring: Wiring | str | os.PathLike | None = None,
     ):
+        self._wiring = wiring_of(wiring)
         self._tracker = _tricoil.Tracker(
             method, coupling_constant, _three("hemisphere", hemisphere), confined, column_span_s, window_s, _file(calibration)
         )
@@ -41,7 +44,11 @@ class Filter:
         time_s: middle of the window. source_coil: 0, 1 or 2. couplings: of the three sensor coils. sigma: their standard deviation,
         one number or three.
         """
-        row = self._tracker.update(float(time_s), source_coil, _three("couplings", couplings), _three("sigma", np.broadcast_to(sigma, 3) if np.ndim(sigma) == 0 else sigma))
+        sigma = _three("sigma", np.broadcast_to(sigma, 3) if np.ndim(sigma) == 0 else sigma)
+        couplings = _three("couplings", couplings)
+        if source_coil in (0, 1, 2):  # the tracker refuses others
+            source_coil, couplings, sigma = self._wiring.column_of_coils(source_coil, couplings, sigma)
+        row = self._tracker.update(float(time_s), source_coil, list(couplings), list(sigma))
         return None if row is None else Pose.from_row(row)
 
     def tick(self, time_s: float) -> Pose | None:

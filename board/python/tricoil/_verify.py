@@ -61,6 +61,14 @@ def noise_m2(r, ok):
     return float(np.mean(np.sum(second[three] ** 2, axis=1)) / 6) if three.any() else 0.0
 
 
+def reference_m2(reference, time_s, path):
+    """Variance (3D) of the reference at these times: of the spline through it, and the part of its own deviations that is no noise from pose to pose."""
+    if reference.deviation is None:
+        return np.full(len(time_s), path.spline_m2)
+    stated_m2 = np.sum(reference.deviation[:, :3] ** 2, axis=1)
+    return path.spline_m2 + np.maximum(np.interp(time_s, reference.time_s, stated_m2) - path.noise_m2, 0)
+
+
 @dataclasses.dataclass
 class Errors:
     """Errors of every compared pose. Vectors are measured minus true, source frame, m; left: measured minus predicted."""
@@ -151,7 +159,7 @@ def r_squared(e, ok, noise2):
     left, measured = np.sum(e.left_m**2, axis=1) - noise2, np.sum(e.measured_m**2, axis=1) - noise2
     a, b = resampled(e.time_s, np.where(ok, left, 0), np.where(ok, measured, 0))
     total = measured[ok].sum()
-    if total <= noise2 * ok.sum():
+    if total <= noise2[ok].sum():
         return None, None
     return float(min(1, 1 - left[ok].sum() / total)), interval(np.minimum(1, 1 - a / np.where(b > 0, b, 1))) if np.all(b > 0) else None
 
@@ -178,9 +186,10 @@ def verified(poses: Poses, reference: Poses, *, time_offset: float | None = None
     a = chosen.alignment
     e, in_gaps = errors_of(pair, chosen, start_s if same_clock else None)
     ok = ~e.is_outlier
-    noise2 = noise_m2(e.left_m, ok) + pair.reference.spline_m2
+    reference2 = reference_m2(reference, a.reference_time(e.time_s), pair.reference)
+    noise2 = noise_m2(e.left_m, ok) + reference2
     length = np.linalg.norm(e.measured_m, axis=1)
-    motion2 = np.mean(np.sum(e.measured_m[ok] ** 2, axis=1)) - noise2
+    motion2 = np.mean((np.sum(e.measured_m**2, axis=1) - noise2)[ok])
     r2, r2_interval = r_squared(e, ok, noise2)
     position = summary(length[ok])
     rest = ok & (e.speed_m_s < REST_M_S) & (e.rate_rad_s < REST_RAD_S)
@@ -190,7 +199,8 @@ def verified(poses: Poses, reference: Poses, *, time_offset: float | None = None
         "outlier_times_s": [float(v) for v in (e.time_s[e.is_outlier] + begin_t)[:100]],
         "position_rms_m": position["rms"], "position_p95_m": position["p95"], "position_max_m": position["max"],
         "orientation_rms_deg": None, "orientation_p95_deg": None, "orientation_max_deg": None,
-        "poses_at_rest": int(rest.sum()), "rest_rms_m": rms(e.measured_m[rest]) if rest.sum() >= FEWEST else None, "noise_m": float(np.sqrt(noise2)),
+        "poses_at_rest": int(rest.sum()), "rest_rms_m": rms(e.measured_m[rest]) if rest.sum() >= FEWEST else None, "noise_m": float(np.sqrt(noise2[ok].mean())),
+        "reference_deviation_m": float(np.sqrt(reference2[ok].mean())),
         "time_offset_s": float(a.offset_s + apart), "time_offset_at_s": float(a.middle_s + begin_t), "clock_rate_ppm": float(1e6 * a.rate),
         "clock_rate_std_ppm": float(1e6 * chosen.deviations[_align.RATE]),
         "lag_s": float(start_s - a.offset_s + a.rate * a.middle_s) if same_clock else None, "lag_std_s": float(chosen.deviations[_align.OFFSET]) if same_clock else None,

@@ -5,6 +5,7 @@ import struct
 import numpy as np
 
 from ._byte_stream import ByteStream
+from ._table_rows import LARGEST
 
 EXTENSIBLE = 0xFFFE  # the code of the format follows later
 SHORTEST_STREAM = 0x7FFF0000  # a length from here on, or 0: the writer did not know it
@@ -86,8 +87,8 @@ class WavSamples:
             self._left -= count
         data, self._bytes = self._bytes[:count], self._bytes[count:]
         values = self._values(data).reshape(-1, self.channels)
-        if not np.isfinite(values).all():
-            raise ValueError(f"{self.path}: the WAV file has a sample that is not finite")
+        if not (abs(values) <= LARGEST).all():
+            raise ValueError(f"{self.path}: the WAV file has a sample that is not finite, or above {LARGEST:g}")
         return values
 
     def _values(self, data: bytes) -> np.ndarray:

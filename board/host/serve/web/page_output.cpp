@@ -19,6 +19,7 @@
 #include "board/host/serve/web/pose_event.hpp"
 #include "board/host/serve/web/recording_library.hpp"
 #include "board/host/serve/web/request_head.hpp"
+#include "board/support/errors.hpp"
 #include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host::web {
@@ -68,7 +69,7 @@ struct ServedPage {
     ConnectionTable streams{"--web"};
 };
 
-/// Executes a control request in JSON. Returns the result as text for the client; empty if the request is invalid.
+/// Executes a control request in JSON. Returns, or throws as InputError, text for the client; empty: the request is invalid.
 std::string execute_request(const std::string& text, ServedPage& page) {
     const nlohmann::json request = nlohmann::json::parse(text, nullptr, false);
     if (!request.is_object()) {
@@ -183,6 +184,8 @@ public:
         std::string text;
         try {
             text = answer_to(*head, received_.substr(head->size, head->content));
+        } catch (const InputError& refusal) {
+            text = answer(422, refusal.what());
         } catch (const std::exception&) {
             text = answer(500, "internal error");
         }

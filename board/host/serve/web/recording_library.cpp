@@ -22,15 +22,6 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kPieceBytes = std::size_t{64} << 10U;
 constexpr std::size_t kLongestDescriptionRead = std::size_t{1} << 20U;
 
-/// The message without the path of the folder, which is not for clients.
-std::string without_folder(std::string message, const std::string& folder) {
-    const std::string prefix = (fs::path(folder) / "").string();
-    for (auto at = message.find(prefix); at != std::string::npos; at = message.find(prefix)) {
-        message.erase(at, prefix.size());
-    }
-    return message;
-}
-
 bool is_complete(const fs::path& recording) {
     try {
         const auto description =

@@ -8,6 +8,8 @@ export function decimate(history, from, to, count, fields) {
   return last - first <= 2 * count ? every(history, first, last, fields) : extremes(history, first, last, from, to, count, fields);
 }
 
+const kDegrees = 180 / Math.PI;
+
 const shown = (value, scale) => Number.isFinite(value) ? value * scale : null;
 
 function every(history, first, last, fields) {
@@ -56,6 +58,20 @@ function ofColumn(column, starts, {scale, wraps}) {
       values.push(...(lowAt <= highAt ? [shown(low, scale), shown(high, scale)] : [shown(high, scale), shown(low, scale)]));
   }
   return values;
+}
+
+/// Mean of a column within [from, to]; of an angle in degrees if it wraps.
+export function meanOf(history, from, to, {name, scale, wraps}) {
+  const column = history.columns[name].subarray(history.at(from), history.at(to)).filter(Number.isFinite);
+  if (!wraps) return column.reduce((sum, v) => sum + v, 0) / Math.max(1, column.length) * scale;
+  const sum = part => column.reduce((total, v) => total + part(v / kDegrees), 0);
+  return Math.atan2(sum(Math.sin), sum(Math.cos)) * kDegrees;
+}
+
+/// Difference of two values; of two angles in degrees if they wrap: within 180 degrees.
+export function difference(value, mean, wraps) {
+  const by = value - mean;
+  return wraps ? by - 360 * Math.round(by / 360) : by;
 }
 
 const kUnseen = 1000;  // a gap between bands that is shorter than this part of the time shown is less than a pixel

@@ -1,9 +1,42 @@
-// Ellipsoid of a sensor's position covariance, exaggerated so that it is visible.
+// Ellipsoid of a sensor's position covariance: an outline, so that it hides neither the sensor nor its true pose.
+import {Color, Mesh, ShaderMaterial, SphereGeometry} from 'three';
+
 export const kSigmas = 3;
-const kLongest_m = 0.12;  // maximum length of a drawn half-axis
-const kTolerance = 1.5;   // factor by which the drawn length may leave its range before the exaggeration changes
-const kMost_m = 1;        // limit of each entry of the transform
-const kSteps = [1, 2, 5];
+const kMost_m = 1;  // limit of each entry of the transform
+
+const kVertex = `
+  varying vec3 facing, view;
+  void main() {
+    vec4 place = modelViewMatrix * vec4(position, 1.0);
+    facing = normalMatrix * normal;
+    view = -place.xyz;
+    gl_Position = projectionMatrix * place;
+  }`;
+// Nearly transparent where the surface faces the viewer, opaque at its outline.
+const kFragment = `
+  uniform vec3 color;
+  varying vec3 facing, view;
+  void main() {
+    float edge = 1.0 - abs(dot(normalize(facing), normalize(view)));
+    gl_FragColor = vec4(color, mix(0.1, 0.75, edge * edge * edge));
+    #include <colorspace_fragment>
+  }`;
+
+/// Unit sphere without depth test, so that the sensor inside does not hide it. drawnFactor() gives its transform.
+export function ellipsoidMesh() {
+  const material = new ShaderMaterial({
+    uniforms: {color: {value: new Color()}},
+    vertexShader: kVertex,
+    fragmentShader: kFragment,
+    transparent: true,
+    depthTest: false,
+    depthWrite: false
+  });
+  const mesh = new Mesh(new SphereGeometry(1, 48, 32), material);
+  mesh.matrixAutoUpdate = false;
+  mesh.frustumCulled = false;
+  return mesh;
+}
 
 /// Cholesky factor L, row by row, of the covariance [xx, xy, xz, yy, yz, zz]. L maps the unit sphere to the 1 sigma ellipsoid.
 export function cholesky([xx, xy, xz, yy, yz, zz]) {
@@ -14,17 +47,5 @@ export function cholesky([xx, xy, xz, yy, yz, zz]) {
   return [a, b, d, c, e, Math.sqrt(Math.max(zz - c * c - e * e, 1e-14))];
 }
 
-/// Transform from the unit sphere to the drawn ellipsoid.
-export function drawnFactor(covariance, exaggeration) {
-  return cholesky(covariance).map(v => Math.max(-kMost_m, Math.min(kSigmas * exaggeration * v, kMost_m)));
-}
-
-/// Scale factor of the drawn ellipsoid: a round number, at least 1. Returns `current` while it is suitable.
-export function exaggerationFor(covariance, current) {
-  const longest = kSigmas * Math.sqrt(Math.max(covariance[0] + covariance[3] + covariance[5], 1e-14));  // an upper bound
-  const drawn = longest * current;
-  if (drawn <= kTolerance * kLongest_m && drawn >= kLongest_m / 2.5 / kTolerance) return current;
-  const wanted = Math.max(1, kLongest_m / longest);
-  const decade = 10 ** Math.floor(Math.log10(wanted));
-  return decade * kSteps.filter(step => step * decade <= wanted * (1 + 1e-9)).at(-1);
-}
+/// Transform from the unit sphere to the ellipsoid, drawn `scale` times too large.
+export function drawnFactor(covariance, scale) { return cholesky(covariance).map(v => Math.max(-kMost_m, Math.min(kSigmas * scale * v, kMost_m))); }

@@ -6,11 +6,13 @@ const kMeridians = 12;
 const kSteps = 48;
 const kInside_m = 0.06;  // not drawn within the source
 
-export function fieldLines(axis, color) {
+/// faint: lines of several coils are drawn together.
+export function fieldLines(axis, color, faint) {
+  const meridians = faint ? kMeridians / 2 : kMeridians, reaches = faint ? kReach_m.slice(0, 3) : kReach_m;
   const points = [];
-  for (const reach of kReach_m) {
-    for (let meridian = 0; meridian < kMeridians; ++meridian) {
-      const about = 2 * Math.PI * meridian / kMeridians;
+  for (const reach of reaches) {
+    for (let meridian = 0; meridian < meridians; ++meridian) {
+      const about = 2 * Math.PI * meridian / meridians;
       const at = step => {
         const angle = Math.PI * step / kSteps;
         const r = reach * Math.sin(angle) ** 2;
@@ -24,7 +26,7 @@ export function fieldLines(axis, color) {
   }
   const lines = new LineSegments(
       new BufferGeometry().setAttribute('position', new Float32BufferAttribute(points, 3)),
-      new LineBasicMaterial({color, transparent: true, opacity: 0.32, depthWrite: false}));
+      new LineBasicMaterial({color, transparent: true, opacity: faint ? 0.13 : 0.32, depthWrite: false}));
   lines.quaternion.copy(
       new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...['x', 'y', 'z'].map(name => name === axis ? 1 : 0))));
   return lines;

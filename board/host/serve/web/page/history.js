@@ -62,6 +62,12 @@ export class History {
     return true;
   }
 
+  /// Moves all times by seconds.
+  shift(by) {
+    for (let n = 0; n < this.length; ++n) this.times[n] += by;
+    this.previous.t += by;
+  }
+
   breaksAt(t) { return this.previous !== null && t - this.previous.t > kGap_s; }
 
   /// Computes the columns of angles again. turn: {order, boresight}.

@@ -2,22 +2,25 @@
 import {kConventions, relative} from './attitude.js';
 import {agrees, ask, mayControl, recordOrEnd, say, showPermission, startOrStop} from './controls.js';
 import {historyCsv, save} from './csv.js';
-import {exaggerationFor, kSigmas} from './ellipsoid.js';
+import {kSigmas} from './ellipsoid.js';
 import {Guide} from './guide.js';
 import {fillHelp, listen} from './keys.js';
 import {errorGradient, readPalette} from './palette.js';
 import {Playback} from './playback.js';
+import {PlotDialog} from './plot_dialog.js';
 import {Plots} from './plots.js';
 import {qualityOf, sidesOf} from './quality.js';
 import {Readout} from './readout.js';
 import {flags, learn} from './sample.js';
 import {Scene} from './scene.js';
-import {kUnits, onSystemTheme, set, settings} from './settings.js';
-import {page, take} from './state.js';
+import {describe} from './scene_text.js';
+import {kScales, kUnits, onSystemTheme, set, settings} from './settings.js';
+import {besideOf, nameOf, page, take} from './state.js';
 import {showHealth, showRecording, showSource} from './status.js';
 import {connect} from './stream.js';
 import {Tools} from './tools.js';
 import {Tour} from './tour.js';
+import {Work} from './work.js';
 
 const kRefreshMs = 100;  // redraw interval without new poses
 const kLinkNames = {
@@ -31,18 +34,37 @@ const kLinkNames = {
 const element = id => document.getElementById(id);
 readPalette();
 element('scale').style.setProperty('--gradient', errorGradient());
-const plots = new Plots(element('plots'), showPause);
+const plots = new Plots(element('plots'), {
+  changed: showPause,
+  edit: index => plotDialog.open(index),
+  pick: t => {
+    if (page.playback) playback.seek(t);
+  },
+  read: text => {
+    element('reading').textContent = text;
+  }
+});
+const plotDialog = new PlotDialog(() => {
+  plots.rebuild();
+  showChosen();
+});
 const readout = new Readout();
 const guide = new Guide(towards => ask({hemisphere: towards, sensor: page.selected ?? 0}));
 const tools = new Tools(element('tools'), say);
 const playback = new Playback(tools.recordings, showMode, say);
 const tour = page.tour = new Tour(element('tour'), request => ask(request, true), beginStep);
+const kLegendGap = 16;  // pixels
+const kAreaMs = 500;
+const work = page.work = new Work();
 let sceneRequested = false;
+let isFitted = false;  // the camera shows this run
+
+const inOrder = () => [...page.shown.keys()].sort((a, b) => a - b);
 
 function listSensors() {
-  const numbers = [...page.shown.keys()].sort();
+  const numbers = inOrder();
   if (!numbers.includes(page.selected)) page.selected = numbers[0] ?? null;
-  element('sensor').replaceChildren(...numbers.map(n => new Option(String(n + 1), String(n), false, n === page.selected)));
+  element('sensor').replaceChildren(...numbers.map(n => new Option(nameOf(n), String(n), false, n === page.selected)));
   element('sensors').hidden = numbers.length < 2;
 }
 
@@ -69,14 +91,17 @@ function showChosen() {
   element('state').textContent = isLive() && pose && !pose.names.includes('stale') ? flags.states[pose.state] ?? '' : '';
   element('flags').textContent = isLive() && pose ? pose.names.join(', ') : '';
   if (!pose) return;
+  document.body.dataset.truth = String(pose.truth !== null);
+  if (pose.truth) plots.showTruth();
   readout.show(tracked);
   const here = ['localhost', '127.0.0.1', '[::1]'].includes(location.hostname);
   readout.showTiles(tracked, page.playback ? null : page.latency_ms ?? null, isLive());
   element('latency').title = here ? '' : 'without the network';
   element('error_factor').textContent = `x${settings.error_scale}`;
-  if (page.scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${page.exaggeration}`;
+  if (page.scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${settings.error_scale}`;
   const now = page.playback ? page.playback.t : tracked.now();
-  plots.draw(tracked.history, now, page.playback ? page.playback.from : plots.frozen ? plots.origin : now);
+  const beside = page.playback ? page.shown.get(besideOf(tracked.number))?.history ?? null : null;
+  plots.draw(tracked.history, now, page.playback ? page.playback.from : plots.frozen ? plots.origin : now, beside);
 }
 
 /// Moves the sensors in the scene to their newest poses.
@@ -84,27 +109,28 @@ function placeSensors() {
   if (!page.scene) return;
   for (const [number, tracked] of page.shown) {
     const view = page.scene.sensor(number);
-    if (number === page.selected && tracked.newest.valid) page.exaggeration = exaggerationFor(tracked.newest.covariance, page.exaggeration);
-    view.show(tracked.newest, relative(tracked.newest.q_wxyz, tracked.boresight), page.exaggeration, settings.error_scale);
+    view.show(tracked.newest, relative(tracked.newest.q_wxyz, tracked.boresight), settings.error_scale);
     if (!isLive()) view.setVisible(false);
   }
   const pose = page.newest;
   const unknown = isLive() && pose?.names.includes('hemisphere_unknown') && Number.isFinite(pose.position_m[0]);
   page.scene.hemisphere.show(pose?.position_m, unknown ? sidesOf(pose.position_m) : []);
+  follow();
   page.scene.hemisphere.confine(page.playback || tour.place || unknown ? null : page.status.confined_to?.[page.selected] ?? null);
+  describe(element('scene'), [...page.shown.values()], isLive(), tour.metal);
   page.scene.invalidate();
 }
 
 function drawTrails() {
   for (const view of page.scene?.sensors.values() ?? []) {
-    view.trail.clear();
+    view.clearTrails();
     if (!page.shown.has(view.number)) view.setVisible(false);
   }
   if (!page.playback || !page.scene) return;
   for (const [number, sensor] of page.playback.sensors) {
     let before = null;
     for (const pose of sensor.trail(page.playback.t)) {
-      if (pose.valid) page.scene.sensor(number).trail.add(pose.position_m, pose.t, pose.expected_mm, !before?.valid || pose.t - before.t > 0.3);
+      if (pose.valid) page.scene.sensor(number).add(pose, settings.error_scale, !before?.valid || pose.t - before.t > 0.3);
       before = pose;
     }
   }
@@ -114,16 +140,58 @@ function drawTrails() {
 function beginStep() {
   drawTrails();
   page.scene?.showMetal(tour.metal);
+  isFitted = false;
+}
+
+const knownPositions = () => [...page.shown.values()].map(tracked => tracked.newest).filter(pose => pose?.valid).map(pose => pose.position_m);
+/// Positions on the trails.
+const recentPositions = () => [...page.scene.sensors.values()].flatMap(({trail}) => trail.points.filter((_, n) => n % 20 === 0).map(({p}) => p));
+
+let area = null, areaMs = 0;
+/// Part of the scene that no text covers. Measured rarely, because the browser then computes the layout.
+function freeArea() {
+  if (!area || performance.now() - areaMs > kAreaMs) area = measureArea();
+  return area;
+}
+
+function measureArea() {
+  areaMs = performance.now();
+  const {clientWidth: width, clientHeight: height} = element('scene');
+  const numbers = element('numbers'), legend = element('legend');
+  const top = (numbers.offsetTop + numbers.offsetHeight) / height, bottom = 1 - (legend.offsetHeight + kLegendGap) / height;
+  return bottom - top > 0.3 && width > 0 ? {left: 0.02, right: 0.98, top, bottom} : {left: 0, right: 1, top: 0, bottom: 1};
+}
+
+/// Keeps the sensors in sight: fits at the start of a run, and while the user does not move the camera.
+function follow() {
+  const now = knownPositions();
+  if (!page.scene || now.length === 0) return;
+  if (!isFitted)
+    page.scene.view.fit([...now, ...metalPlaces()]);
+  else
+    page.scene.view.follow(now, [...recentPositions(), ...metalPlaces()]);
+  isFitted = true;
+}
+
+const metalPlaces = () => tour.metal.map(({position_m}) => position_m);
+
+function showFollowing() { element('follow').setAttribute('aria-pressed', String(page.scene?.view.following ?? true)); }
+
+function toggleFollow() {
+  if (!page.scene) return;
+  page.scene.view.following = !page.scene.view.following;
+  isFitted &&= !page.scene.view.following;
+  showFollowing();
+  follow();
 }
 
 /// Creates the 3D view. Called after the first numbers and plots are painted, because it can take a second without a graphics
 /// processor.
 function openScene() {
   try {
-    page.scene = new Scene(element('scene'));
-    page.scene.showField(settings.field);
+    page.scene = new Scene(element('scene'), {freeArea, taken: showFollowing, measure: ms => work.end(ms)});
+    showUp();
     page.scene.showMetal(tour.metal);
-    resetView('free');
     placeSensors();
     page.firstPictureMs = performance.now();
   } catch {
@@ -131,9 +199,29 @@ function openScene() {
   }
 }
 
+/// Shows one of the views, and follows.
 function resetView(name) {
-  const points = [...page.shown.values()].filter(tracked => tracked.newest?.valid).map(tracked => tracked.newest.position_m);
-  page.scene?.view(name, points);
+  if (!page.scene) return;
+  page.scene.view.turn(name);
+  page.scene.view.following = true;
+  isFitted = false;
+  showFollowing();
+  page.scene.view.fit([...knownPositions(), ...recentPositions(), ...metalPlaces()]);
+}
+
+function showUp() {
+  element('axis').textContent = settings.up === 'down' ? 'z points down, as of a FASTRAK' : 'z points up';
+  if (!page.scene) return;
+  page.scene.setUp(settings.up === 'down' ? -1 : 1);
+  showField();
+  page.scene.showMetal(tour.metal);
+  isFitted = false;
+}
+
+const fieldShown = () => settings.field !== 'auto' ? settings.field : tour.place ? 'all' : 'none';
+function showField() {
+  element('field').value = fieldShown();
+  if (page.scene && page.scene.fieldAxis !== fieldShown()) page.scene.showField(fieldShown());
 }
 
 function afterPaint(action) { requestAnimationFrame(() => setTimeout(action)); }
@@ -155,13 +243,9 @@ function receive(message) {
     const {tracked, begins} = taken;
     const pose = tracked.newest;
     fresh ||= taken.fresh;
-    if (pose.truth) {
-      plots.showTruth();
-      document.body.dataset.truth = 'true';
-    }
     if (tracked.number === page.selected && taken.fresh) tour.add(pose, pose.t);
     if (!pose.valid || page.playback) continue;
-    page.scene?.sensor(tracked.number).trail.add(pose.position_m, pose.t, pose.expected_mm, begins);
+    page.scene?.sensor(tracked.number).add(pose, settings.error_scale, begins);
     if (tracked.number === page.selected) tools.collect(pose);
   }
   const newest = page.sensors.get(page.selected)?.newest;
@@ -184,6 +268,7 @@ function greet(hello) {
   showSource(hello.source);
   page.outdated = !learn(hello);
   tour.begin(hello.source?.tour);
+  playback.openLink();
 }
 
 function showStatus() {
@@ -192,6 +277,7 @@ function showStatus() {
   const problem = page.outdated ? 'The server was replaced by another version: reload this page.' : page.status.recording_error;
   if (element('problem').textContent !== problem) element('problem').textContent = problem;
   tour.show(page.status.tour);
+  showField();
   showRecording(page.status);
   showPermission();
   showHealth(page.status.health, page.damaged + page.stream.damaged);
@@ -207,15 +293,16 @@ function showMode() {
   document.body.dataset.mode = page.playback ? 'playback' : 'live';
   element('link').textContent = page.playback ? 'playback' : kLinkNames[page.link];
   element('playback').hidden = !page.playback;
-  if (document.body.dataset.shown !== String(page.playback?.name)) {
-    document.body.dataset.shown = String(page.playback?.name);
-    plots.follow();
+  const shown = `${page.playback?.name} ${page.playback?.beside}`;
+  if (document.body.dataset.shown !== shown) {
+    document.body.dataset.shown = shown;
+    plots.showRecording(page.playback && {from: page.playback.from, to: page.playback.to});
     listSensors();
     drawTrails();
     if (page.playback) {
       playback.paintStrip();
       resetView('free');
-      requestAnimationFrame(play);
+      if (playedMs === null) requestAnimationFrame(play);
     }
   }
   if (page.shown.size) placeSensors();
@@ -228,18 +315,29 @@ function play(ms) {
     playedMs = null;
     return;
   }
-  playback.advance(playedMs === null ? 0 : Math.min(0.25, (ms - playedMs) / 1000));
+  work.time(() => {
+    playback.advance(playedMs === null ? 0 : Math.min(0.25, (ms - playedMs) / 1000));
+    drawTrails();
+    placeSensors();
+    showChosen();
+  });
   playedMs = ms;
-  drawTrails();
-  placeSensors();
-  showChosen();
   requestAnimationFrame(play);
+}
+
+/// The newest time; in playback about the present moment.
+function showWindow() {
+  if (page.playback)
+    plots.freeze(page.playback.t - settings.window_s / 2, page.playback.t + settings.window_s / 2);
+  else
+    plots.follow();
 }
 
 function showPause() {
   const paused = plots.frozen !== null;
   element('pause').setAttribute('aria-pressed', String(paused));
-  element('pause').textContent = paused ? 'Follow' : 'Pause';
+  element('pause').textContent = page.playback ? 'Whole' : paused ? 'Follow' : 'Pause';
+  element('pause').disabled = page.playback !== null && !paused;
 }
 
 function setBoresight(q) {
@@ -288,17 +386,33 @@ async function setLimit() {
   showChosen();
 }
 
-function toggleTools() {
-  const tools = element('tools');
-  tools.hidden = !tools.hidden;
-  element('open_tools').setAttribute('aria-expanded', String(!tools.hidden));
-  if (!tools.hidden) playback.refresh();
+function toggleTools() { showTools(element('tools').hidden); }
+
+function showTools(shown) {
+  element('tools').hidden = !shown;
+  element('open_tools').setAttribute('aria-expanded', String(shown));
+  if (shown) playback.refresh();
+}
+
+/// A narrow screen shows one part of the page: scene, plots, tools or controls.
+function showPane(name) {
+  document.body.dataset.pane = name;
+  for (const button of document.querySelectorAll('[data-pane]:not(body)')) button.setAttribute('aria-pressed', String(button.dataset.pane === name));
+  showTools(name === 'tools');
+  plots.drawnMs = 0;
+  showChosen();
+}
+
+/// Shows or hides a group that a narrow screen hides.
+function toggleGroup(button) {
+  const shown = document.body.dataset[button.dataset.toggle] !== 'true';
+  document.body.dataset[button.dataset.toggle] = String(shown);
+  button.setAttribute('aria-expanded', String(shown));
 }
 
 function setField(axis) {
   set('field', axis);
-  element('field').value = settings.field;
-  page.scene?.showField(settings.field);
+  showField();
 }
 
 /// Binds a choice to a setting. apply(): shows the change.
@@ -332,9 +446,14 @@ const actions = {
   csv: saveShown,
   help: () => element('help_dialog').showModal(),
   limit: setLimit,
+  copy_link: () => playback.copyLink(),
+  new_plot: () => plotDialog.open(),
+  follow: toggleFollow,
 };
 for (const [id, action] of Object.entries(actions)) element(id).addEventListener('click', () => action());
 for (const button of document.querySelectorAll('[data-view]')) button.addEventListener('click', () => resetView(button.dataset.view));
+for (const button of document.querySelectorAll('[data-pane]:not(body)')) button.addEventListener('click', () => showPane(button.dataset.pane));
+for (const button of document.querySelectorAll('[data-toggle]')) button.addEventListener('click', () => toggleGroup(button));
 const pressed = id => () => {
   if (!element(id).disabled) actions[id]();
 };
@@ -357,23 +476,29 @@ listen({
   1: () => resetView('top'),
   2: () => resetView('front'),
   3: () => resetView('side'),
-  g: () => setField(next(['none', 'x', 'y', 'z'], settings.field)),
+  f: pressed('follow'),
+  g: () => setField(next(['none', 'x', 'y', 'z', 'all'], fieldShown())),
   m: cycleTheme,
   '.': () => tour.move(1),
   ',': () => tour.move(-1),
   x: () => tour.toggle(),
-  n: () => select(next([...page.shown.keys()].sort(), page.selected)),
+  n: () => select(next(inOrder(), page.selected)),
   Escape: () => playback.leave()
 });
 
+element('error_scale').append(...kScales.map(scale => new Option(`×${scale}`, String(scale))));
 element('units').append(...Object.keys(kUnits).map(name => new Option(name, name)));
 element('order').append(...Object.entries(kConventions).map(([name, {label}]) => new Option(label, name)));
 bind('units', 'units', applyConventions);
 bind('order', 'order', applyConventions);
 bind('theme', 'theme', applyTheme);
-bind('window', 'window_s', () => plots.follow(), Number);
+bind('window', 'window_s', showWindow, Number);
 bind('error_scale', 'error_scale', () => page.shown.size && placeSensors(), Number);
-bind('field', 'field', () => setField(settings.field));
+element('field').addEventListener('change', event => setField(event.target.value));
+bind('up', 'up', () => {
+  showUp();
+  if (page.shown.size) placeSensors();
+});
 element('sensor').addEventListener('change', event => select(Number(event.target.value)));
 onSystemTheme(applyTheme);
 for (const button of document.querySelectorAll('[data-cancel]')) button.addEventListener('click', () => button.closest('dialog').close('no'));
@@ -383,4 +508,5 @@ setInterval(() => {
   if (!isLive()) showChosen();
 }, kRefreshMs);
 page.plots = plots;
-connect(receive, link, page.stream);
+addEventListener('hashchange', () => playback.openLink());
+connect(message => work.time(() => receive(message)), link, page.stream);

@@ -1,7 +1,7 @@
 // Plays a recording: the poses of all sensors at a time that runs, stops and jumps.
 import {levelOf} from './quality.js';
 import {settings} from './settings.js';
-import {TrackedSensor} from './state.js';
+import {kBeside, TrackedSensor} from './state.js';
 
 const kTrail_s = 10;
 const kBack_s = 0.5, kRestart_s = 1;  // a larger step back of the time is a restart of the device, shown as a gap of a second
@@ -16,6 +16,13 @@ class PlayedSensor extends TrackedSensor {
       const t = pose.time_s + shift;
       if (this.history.add(pose, t, levelOf(pose, settings.limit_mm))) this.poses.push({...pose, t});
     }
+  }
+
+  /// Becomes the sensor `number`, `by` seconds later.
+  move(number, by) {
+    this.number = number;
+    for (const pose of this.poses) pose.t += by;
+    this.history.shift(by);
   }
 
   /// Number of poses up to time t.
@@ -43,6 +50,7 @@ export class Player {
   constructor(name, poses, note) {
     this.name = name;
     this.note = note;
+    this.beside = null;  // name of the recording that is compared
     this.sensors = new Map();
     for (const number of [...new Set(poses.map(pose => pose.sensor))].sort()) {
       this.sensors.set(number, new PlayedSensor(number, poses.filter(pose => pose.sensor === number)));
@@ -53,6 +61,20 @@ export class Player {
     this.speed = 1;
     this.playing = true;
     this.seek(this.from);
+  }
+
+  /// Shows another recording beside this one. Both begin at the same time.
+  compare(name, poses) {
+    for (const number of [...this.sensors.keys()].filter(number => number >= kBeside)) this.sensors.delete(number);
+    const other = new Player(name, poses, '');
+    const by = this.from - other.from;
+    for (const [number, sensor] of other.sensors) {
+      sensor.move(number + kBeside, by);
+      this.sensors.set(sensor.number, sensor);
+    }
+    this.beside = name;
+    this.to = Math.max(this.to, other.to + by);
+    this.seek(this.t);
   }
 
   /// Jumps to time t. The trails then have to be drawn again.

@@ -18,15 +18,19 @@ const number = (value, digits) => value === null || !Number.isFinite(value) ? '�
 /// Lengths of some micrometres to metres with three digits.
 const short = mm => mm === null || !Number.isFinite(mm) ? '–' : mm < 1 ? mm.toFixed(3) : mm < 100 ? mm.toFixed(2) : mm.toFixed(0);
 
+/// False if there is nothing to measure, so that no number stands beside it.
+const isMeasured = pose => !pose.names.some(name => name === 'no_sensor' || name === 'no_reference');
+
 export class Readout {
   #tilesMs = 0;
 
   show(tracked) {
     const {newest: pose} = tracked;
     const unit = kUnits[settings.units];
-    pose.position_m.forEach((v, n) => put(`p${n}`, number(1000 * v * unit.scale, unit.digits)));
-    angles(pose.q_wxyz, tracked.turn).forEach((v, n) => put(`a${n}`, number(v, 2)));
-    put('quaternion', relative(pose.q_wxyz, tracked.boresight).map(v => fixed(v, 4)).join('  '));
+    const known = isMeasured(pose) ? v => v : () => NaN;
+    pose.position_m.forEach((v, n) => put(`p${n}`, number(known(1000 * v * unit.scale), unit.digits)));
+    angles(pose.q_wxyz, tracked.turn).forEach((v, n) => put(`a${n}`, number(known(v), 2)));
+    put('quaternion', relative(pose.q_wxyz, tracked.boresight).map(v => number(known(v), 4)).join('  '));
     element('relative').hidden = !tracked.boresight;
   }
 
@@ -42,12 +46,12 @@ export class Readout {
     if (ms - this.#tilesMs < kTilesMs) return;
     this.#tilesMs = ms;
     const {history, newest: pose} = tracked;
-    put('rate', now ? number(rate(history), 0) : '0');
+    put('rate', now ? number(rate(history, pose.t), 0) : '0');
     put('latency', now && latency_ms >= 0 ? number(latency_ms, 1) : '–');  // negative while the server still matches the clocks
-    put('jitter', now ? short(jitter(history)) : '–');
-    put('snr', number(pose.snr_db, 1));
+    put('jitter', now && isMeasured(pose) ? short(jitter(history, pose.t)) : '–');
+    put('snr', isMeasured(pose) ? number(pose.snr_db, 1) : '–');
     put('expected', pose.valid ? short(pose.expected_mm) : '–');
-    put('distortion', short(pose.distortion_mm));
+    put('distortion', isMeasured(pose) ? short(pose.distortion_mm) : '–');
     put('limit', `of ${settings.limit_mm} mm`);
     const share = Math.min(1, (pose.distortion_mm || 0) / settings.limit_mm);
     element('distortion_bar').style.setProperty('--share', String(share));

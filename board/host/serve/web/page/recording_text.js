@@ -70,9 +70,21 @@ function compact(value, has) {
   const optional = name => has(name) ? value(name) : 0;
   const error = name => has(name) ? value(name) : null;
   return [
-    value('sensor'), value('time_us'), value('time_us') / 1000, value('flags'), optional('state'), ...['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'].map(value), ...covariance,
-    error('predicted_error_mm'), error('expected_error_mm'), optional('distortion_mm'), optional('snr_db')
+    value('sensor'), value('time_us'), value('time_us') / 1000, value('flags'), optional('state'),
+    ...['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'].map(value), ...covariance, error('predicted_error_mm'), error('expected_error_mm'),
+    optional('distortion_mm'), optional('snr_db'), ...has('true_x_m') ? [truthOf(value, has)] : []
   ];
+}
+
+const kTruth = ['true_x_m', 'true_y_m', 'true_z_m', 'true_qw', 'true_qx', 'true_qy', 'true_qz'];
+const kSame_m = 1e-6;
+
+/// True pose of a simulation; null if it is incomplete, or of another frame: then the error is not the distance of the two positions.
+function truthOf(value, has) {
+  if (!kTruth.every(has)) return null;
+  const truth = kTruth.map(value);
+  const apart_m = Math.hypot(...['x', 'y', 'z'].map((name, k) => value(name) - truth[k]));
+  return has('error_position_m') && Math.abs(apart_m - value('error_position_m')) > kSame_m + 1e-3 * apart_m ? null : truth;
 }
 
 /// Names of the flags are needed to read their bits; they come from the server.

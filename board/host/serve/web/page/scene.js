@@ -1,52 +1,54 @@
-// 3D scene: the source and the sensors on a grid. z points down.
-import {AmbientLight, Color, DirectionalLight, GridHelper, Group, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene as ThreeScene, SphereGeometry, Vector3, WebGLRenderer} from 'three';
-import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+// 3D scene: the source and the sensors on a grid.
+import {AmbientLight, Color, DirectionalLight, GridHelper, Group, Mesh, MeshLambertMaterial, Scene as ThreeScene, SphereGeometry, WebGLRenderer} from 'three';
 
+import {CameraView} from './camera_view.js';
 import {fieldLines} from './field_lines.js';
 import {HemisphereView} from './hemisphere_view.js';
 import {palette} from './palette.js';
 import {SensorView} from './sensor_view.js';
-import {dispose, label, triad} from './triad.js';
+import {dispose, keepLegible, label, triad} from './triad.js';
 
 export const kGrid_mm = 100;
 const kGridSize_m = 2;
 const kMarks_m = [0.5, 1];  // labelled distances on the axes of the grid
-const kLeastReach_m = 0.45;
-const kMargin = 1.05;
-/// Directions from the target to the camera.
-const kViews = {
-  free: [-0.55, -0.75, -0.55],
-  top: [-0.002, 0, -1],
-  front: [-1, 0, -0.002],
-  side: [0, -1, -0.002]
+const kFieldAxes = {
+  none: '',
+  x: 'x',
+  y: 'y',
+  z: 'z',
+  all: 'xyz'
 };
 
 export class Scene {
-  constructor(canvas) {
+  /// freeArea(), taken(): of CameraView. measure(ms): time of a drawing.
+  constructor(canvas, {freeArea, taken, measure}) {
     this.canvas = canvas;
     this.renderer = new WebGLRenderer({canvas, antialias: true, alpha: true});
-    this.camera = new PerspectiveCamera(38, 1, 0.01, 50);
-    this.camera.up.set(0, 0, -1);
-    this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.addEventListener('change', () => this.invalidate());
+    this.view = new CameraView(canvas, {moved: () => this.invalidate(), freeArea, taken});
     this.scene = new ThreeScene();
     this.scene.add(new AmbientLight(0xffffff, 1.6));
-    const sun = new DirectionalLight(0xffffff, 2.2);
-    sun.position.set(-1, -2, -3);
-    this.scene.add(sun);
+    this.sun = new DirectionalLight(0xffffff, 2.2);
+    this.scene.add(this.sun);
     this.sensors = new Map();
-    this.field = null;
+    this.field = new Group();
+    this.fieldAxis = 'none';
+    this.scene.add(this.field);
     this.hemisphere = new HemisphereView();
     this.scene.add(this.hemisphere.group);
     this.metal = new Group();
     this.scene.add(this.metal);
-    this.center = new Vector3(0.4, 0, 0);
-    this.reach = 0.9;
-    this.view('free');
+    this.setUp(-1);
     this.setTheme();
-    new ResizeObserver(() => this.invalidate()).observe(canvas);
+    this.#resize();
+    new ResizeObserver(() => this.#resize()).observe(canvas);
+    let drawnMs = 0;
     this.renderer.setAnimationLoop(() => {
-      if (this.stale) this.draw();
+      const ms = performance.now();
+      if (!this.stale || this.height === 0) return;
+      this.view.ease(Math.min(0.1, (ms - drawnMs) / 1000));
+      drawnMs = ms;
+      this.draw();
+      measure(performance.now() - ms);
     });
   }
 
@@ -64,31 +66,19 @@ export class Scene {
     return this.sensors.get(number);
   }
 
-  /// Moves the camera to one of kViews, so that source and the points are in sight.
-  view(name, points = []) {
-    if (points.length) {
-      const all = [[0, 0, 0], ...points];
-      const [low, high] = [Math.min, Math.max].map(pick => [0, 1, 2].map(k => pick(...all.map(p => p[k]))));
-      this.center.set(...low.map((v, k) => (v + high[k]) / 2));
-      this.reach = Math.max(kLeastReach_m, Math.hypot(...low.map((v, k) => high[k] - v)) * 0.62 + 0.15);
-    }
-    const narrow = Math.max(1, this.canvas.clientHeight / Math.max(1, this.canvas.clientWidth));
-    const distance = kMargin * this.reach * narrow / Math.tan(this.camera.fov * Math.PI / 360);
-    this.controls.target.copy(this.center);
-    this.camera.position.copy(this.center).addScaledVector(new Vector3(...kViews[name]).normalize(), distance);
-    this.controls.update();
+  /// sign: of the z axis that points up in the picture.
+  setUp(sign) {
+    this.view.setUp(sign);
+    this.sun.position.set(-1, -2, 3 * sign);
     this.invalidate();
   }
 
-  /// Field lines of the coil about `axis`: x, y, z or none.
+  /// Field lines of the coil about `axis`: x, y, z, all or none.
   showField(axis) {
-    if (this.field) {
-      this.scene.remove(this.field);
-      dispose(this.field);
-    }
-    this.field = axis === 'none' ? null : fieldLines(axis, palette[axis]);
+    dispose(this.field);
+    this.field.clear();
     this.fieldAxis = axis;
-    if (this.field) this.scene.add(this.field);
+    for (const name of kFieldAxes[axis]) this.field.add(fieldLines(name, palette[name], axis === 'all'));
     this.invalidate();
   }
 
@@ -100,7 +90,7 @@ export class Scene {
       const sphere = new Mesh(new SphereGeometry(radius_m, 40, 24), new MeshLambertMaterial({color: palette.core, transparent: true, opacity: 0.85}));
       const name = label('metal', 0.045, palette.muted);
       sphere.position.set(...position_m);
-      name.position.set(position_m[0], position_m[1], position_m[2] - radius_m - 0.03);
+      name.position.set(position_m[0], position_m[1], position_m[2] + this.view.up * (radius_m + 0.03));
       this.metal.add(sphere, name);
     }
     this.invalidate();
@@ -119,22 +109,25 @@ export class Scene {
     }
     const behind = new Color(palette.canvas);
     this.background = behind.toArray();
-    if (this.fieldAxis) this.showField(this.fieldAxis);
+    this.showField(this.fieldAxis);
     this.invalidate();
   }
 
   draw() {
-    this.stale = false;
+    this.stale = this.view.goal !== null;
+    for (const view of this.sensors.values()) view.updateTrails(this.background);
+    keepLegible(this.scene, this.view.camera, this.height);
+    this.renderer.render(this.scene, this.view.camera);
+  }
+
+  #resize() {
     const {clientWidth: width, clientHeight: height} = this.canvas;
-    const ratio = Math.min(devicePixelRatio, 2);
-    if (this.canvas.width !== Math.floor(width * ratio) || this.canvas.height !== Math.floor(height * ratio)) {
-      this.renderer.setPixelRatio(ratio);
-      this.renderer.setSize(width, height, false);
-      this.camera.aspect = width / Math.max(height, 1);
-      this.camera.updateProjectionMatrix();
-    }
-    for (const view of this.sensors.values()) view.trail.update(this.background);
-    this.renderer.render(this.scene, this.camera);
+    this.height = height;
+    if (width === 0 || height === 0) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.view.setAspect(width / height);
+    this.invalidate();
   }
 }
 

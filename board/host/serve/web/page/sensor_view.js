@@ -1,8 +1,9 @@
 // Sensor in the scene: triad, covariance ellipsoid, trail, and a plumb line to the grid.
-import {BufferAttribute, BufferGeometry, Color, Group, Line, LineDashedMaterial, Matrix4, Mesh, MeshBasicMaterial, SphereGeometry} from 'three';
+import {BufferAttribute, BufferGeometry, Color, Group, Line, LineDashedMaterial, Matrix4} from 'three';
 
-import {drawnFactor} from './ellipsoid.js';
+import {drawnFactor, ellipsoidMesh} from './ellipsoid.js';
 import {errorColor, palette} from './palette.js';
+import {nameOf} from './state.js';
 import {Trail} from './trail.js';
 import {dispose, label, triad} from './triad.js';
 import {TruthView} from './truth_view.js';
@@ -12,11 +13,7 @@ const kBody_m = 0.03, kAxes_m = 0.11, kText_m = 0.045;
 export class SensorView {
   constructor(number) {
     this.number = number;
-    // Without depth test, so that the sensor inside does not hide the ellipsoid.
-    this.ellipsoid =
-        new Mesh(new SphereGeometry(1, 32, 20), new MeshBasicMaterial({transparent: true, opacity: 0.42, depthTest: false, depthWrite: false}));
-    this.ellipsoid.matrixAutoUpdate = false;
-    this.ellipsoid.frustumCulled = false;
+    this.ellipsoid = ellipsoidMesh();
     this.trail = new Trail();
     this.plumb = new Line(
         new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(6), 3)),
@@ -38,7 +35,7 @@ export class SensorView {
       dispose(this.triad);
     }
     this.triad = triad(kBody_m, kAxes_m, kText_m);
-    this.name = label(String(this.number + 1), 1.2 * kText_m, palette.ink);
+    this.name = label(nameOf(this.number), 1.2 * kText_m, palette.ink);
     this.name.position.set(-kText_m, -kText_m, -kText_m);
     this.name.visible = false;
     this.triad.add(this.name);
@@ -52,20 +49,37 @@ export class SensorView {
   }
 
   /// Draws a pose with the attitude q. An invalid pose hides the sensor; its trail and its truth remain. errorScale: of the
-  /// arrow of the error.
-  show(pose, q, exaggeration, errorScale) {
+  /// ellipsoid and of the arrow of the error.
+  show(pose, q, errorScale) {
     this.setVisible(pose.valid);
     this.truth.show(pose, errorScale);
     if (!pose.valid) return;
     const p = pose.position_m;
     this.triad.position.set(...p);
     this.triad.quaternion.set(q[1], q[2], q[3], q[0]);
-    const [a, b, d, c, e, f] = drawnFactor(pose.covariance, exaggeration);
+    const [a, b, d, c, e, f] = drawnFactor(pose.covariance, errorScale);
     this.ellipsoid.matrix = new Matrix4().set(a, 0, 0, p[0], b, d, 0, p[1], c, e, f, p[2], 0, 0, 0, 1);
-    this.ellipsoid.material.color.setRGB(...errorColor(pose.expected_mm), 'srgb');
+    this.ellipsoid.material.uniforms.color.value.setRGB(...errorColor(pose.expected_mm), 'srgb');
     this.plumb.geometry.attributes.position.array.set([...p, p[0], p[1], 0]);
     this.plumb.geometry.attributes.position.needsUpdate = true;
     this.plumb.computeLineDistances();
+  }
+
+  /// Continues the trails by a valid pose. begins: there is a gap before it.
+  add(pose, errorScale, begins) {
+    this.trail.add(pose.position_m, pose.t, pose.expected_mm, begins);
+    this.truth.add(pose, errorScale, begins);
+  }
+
+  /// background: of Trail.update.
+  updateTrails(background) {
+    this.trail.update(background);
+    this.truth.tips.update(background);
+  }
+
+  clearTrails() {
+    this.trail.clear();
+    this.truth.tips.clear();
   }
 
   setVisible(visible) {

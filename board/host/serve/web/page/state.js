@@ -5,6 +5,11 @@ import {decode} from './sample.js';
 import {settings} from './settings.js';
 import {Timeline} from './timeline.js';
 
+export const kBeside = 10;  // first number of the sensors of a second recording
+export const nameOf = number => number < kBeside ? String(number + 1) : `B${number - kBeside + 1}`;
+/// Number of the same sensor in the other recording.
+export const besideOf = number => number < kBeside ? number + kBeside : number - kBeside;
+
 /// Data of one sensor.
 export class TrackedSensor {
   constructor(number, most) {
@@ -35,12 +40,12 @@ export const page = {
   status: {},
   sensors: new Map(),
   selected: null,
-  exaggeration: 1,
   playback: null,
   scene: null,
   stream: {damaged: 0},
   outdated: false,
   tour: null,
+  work: null,
   plots: null,
   get shown() { return this.playback?.sensors ?? this.sensors;},
   get chosen() { return this.shown.get(this.selected) ?? null;},
@@ -65,7 +70,9 @@ export function take(values, added) {
   ++page.poses;
   const tracked = page.sensors.get(pose.sensor);
   const before = tracked.newest;
-  if (pose.names.includes('stale') && before) {  // it repeats an earlier pose
+  // A stale pose repeats an earlier one, unless the device measures that there is no sensor.
+  const stale = pose.names.includes('stale') && !(pose.names.includes('no_sensor') && pose.time_s > (before?.time_s ?? -Infinity));
+  if (stale && before) {
     tracked.newest = {...pose, t: before.t};
     return {tracked, begins: true, fresh: false};
   }
@@ -76,5 +83,5 @@ export function take(values, added) {
   tracked.newest = {...pose, t};
   tracked.heardMs = heard;
   tracked.wasTracked ||= pose.valid;
-  return {tracked, begins, fresh: !pose.names.includes('stale')};
+  return {tracked, begins, fresh: !stale};
 }

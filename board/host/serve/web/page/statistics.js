@@ -4,11 +4,11 @@ const kPiece_s = 0.1;
 const kDegree = 3;
 const kLeast = 6;  // fewest poses of a piece
 
-/// Poses per second; null without poses.
-export function rate(history) {
-  const first = history.at(history.end - kSecond);
-  const count = history.length - 1 - first;
-  return count > 0 ? count / (history.end - history.times[first]) : null;
+/// Poses per second up to the time `end`; null without poses.
+export function rate(history, end = history.end) {
+  const first = history.at(end - kSecond);
+  const last = Math.min(history.at(end), history.length - 1);
+  return last > first ? (last - first) / (history.times[last] - history.times[first]) : null;
 }
 
 const bases = new Map();
@@ -21,7 +21,9 @@ function basis(n) {
     const v = Array.from({length: n}, (_, k) => (2 * k / (n - 1) - 1) ** degree);
     for (const other of made) {
       const along = dot(v, other);
-      other.forEach((u, k) => { v[k] -= along * u; });
+      other.forEach((u, k) => {
+        v[k] -= along * u;
+      });
     }
     const norm = Math.sqrt(dot(v, v));
     made.push(v.map(x => x / norm));
@@ -38,18 +40,19 @@ function aboutCubic(values) {
   return basis(values.length).reduce((sum, b) => sum - dot(shifted, b) ** 2, dot(shifted, shifted));
 }
 
-/// RMS of the position (3D, mm) about a cubic through each 0.1 s of the last second: motion of a hand is left out. Null if unknown.
-export function jitter(history) {
+/// RMS of the position (3D, mm) about a cubic through each 0.1 s of the second up to `end`: motion of a hand is left out. Null if unknown.
+export function jitter(history, end = history.end) {
   const {times, columns} = history;
   let squares = 0, freedom = 0;
-  let n = history.at(history.end - kSecond);
-  while (n < history.length) {
-    const end = history.at(times[n] + kPiece_s);
-    if (end - n >= kLeast && columns.x.subarray(n, end).every(Number.isFinite)) {
-      for (const name of ['x', 'y', 'z']) squares += aboutCubic(Array.from(columns[name].subarray(n, end)));
-      freedom += end - n - 1 - kDegree;
+  let n = history.at(end - kSecond);
+  const last = Math.min(history.length, history.at(end) + 1);
+  while (n < last) {
+    const stop = Math.min(last, history.at(times[n] + kPiece_s));
+    if (stop - n >= kLeast && columns.x.subarray(n, stop).every(Number.isFinite)) {
+      for (const name of ['x', 'y', 'z']) squares += aboutCubic(Array.from(columns[name].subarray(n, stop)));
+      freedom += stop - n - 1 - kDegree;
     }
-    n = Math.max(end, n + 1);
+    n = Math.max(stop, n + 1);
   }
   return freedom > 0 ? Math.sqrt(Math.max(0, squares) / freedom) : null;
 }

@@ -2,10 +2,12 @@
 const kKey = 'token';
 
 function adopt() {
-  const given = new URLSearchParams(location.hash.slice(1)).get(kKey);
+  const fields = new URLSearchParams(location.hash.slice(1));
+  const given = fields.get(kKey);
   if (!given) return;
   sessionStorage.setItem(kKey, given);
-  history.replaceState(null, '', location.pathname + location.search);
+  fields.delete(kKey);
+  history.replaceState(null, '', location.pathname + location.search + (String(fields) && `#${fields}`));
 }
 
 /// Returns null without a token.

@@ -12,14 +12,15 @@ const kStep_s = 0.05;  // a new point after either
 const kFaint = 0.35;   // weight of the oldest colour
 
 export class Trail {
-  constructor() {
+  constructor(width = 3.5, opacity = 1) {
     this.points = [];  // {p, t, color, begins}; color: linear
     this.newest = null;
     this.geometry = new LineSegmentsGeometry();
     this.geometry.setPositions(new Float32Array(6 * kMost));
     this.geometry.setColors(new Float32Array(6 * kMost));
     this.geometry.instanceCount = 0;
-    this.line = new LineSegments2(this.geometry, new LineMaterial({linewidth: 3.5, vertexColors: true, depthWrite: false}));
+    this.line = new LineSegments2(
+        this.geometry, new LineMaterial({linewidth: width, vertexColors: true, transparent: opacity < 1, opacity, depthWrite: false}));
     this.line.frustumCulled = false;
   }
 

@@ -12,6 +12,20 @@ const kUp = new Vector3(0, 1, 0);  // axis of cylinders and cones
 const kTorusAxis = new Vector3(0, 0, 1);
 const kPixels = 96;
 
+const kLeast_px = 18;  // height of a label: letters of 12 pixels
+const place = new Vector3();
+
+/// Labels that are too small to read are drawn larger. pixels: height of the picture.
+export function keepLegible(object, camera, pixels) {
+  object.traverse(part => {
+    if (!part.isSprite) return;
+    const {height} = part.userData;
+    const shown = height * pixels / (2 * Math.tan(camera.fov * Math.PI / 360) * part.getWorldPosition(place).distanceTo(camera.position));
+    const drawn = height * Math.max(1, kLeast_px / Math.max(shown, 1e-3));
+    part.scale.set(part.scale.x / part.scale.y * drawn, drawn, 1);
+  });
+}
+
 /// Text that faces the viewer; height in m.
 export function label(text, height, color) {
   const canvas = document.createElement('canvas');
@@ -30,6 +44,7 @@ export function label(text, height, color) {
   const sprite = new Sprite(new SpriteMaterial({map: texture, depthTest: false, transparent: true}));
   sprite.scale.set(height * canvas.width / kPixels, height, 1);
   sprite.renderOrder = 2;
+  sprite.userData.height = height;
   return sprite;
 }
 

@@ -1,0 +1,73 @@
+// Options of commands that are in the Python package alone: demodulate, design.
+#include "board/host/commands/commands.hpp"
+#include "board/host/commands/program.hpp"
+
+namespace tricoil::host {
+namespace {
+
+/// An option whose value must be one of Value; Python reads it again.
+template <typename Value>
+CLI::Option* option(CLI::App* sub, const std::string& name, const std::string& help) {
+    return sub->add_option_function<Value>(
+        name, [](const Value& /*value*/) {}, help);
+}
+
+template <typename Value>
+CLI::Option* list(CLI::App* sub, const std::string& name, const std::string& help) {
+    return option<std::vector<Value>>(sub, name, help)->delimiter(',')->allow_extra_args(false);
+}
+
+CLI::Option* file(CLI::App* sub, const std::string& name, const std::string& help) {
+    return option<std::string>(sub, name, help)->type_name(kFileType);
+}
+
+}  // namespace
+
+void add_demodulate_command(CLI::App* sub, Action& action) {
+    file(sub, "capture",
+         "WAV file, or table of codes or volts; with the columns state, repeat, sample the coils are driven in turn; - is "
+         "standard input")
+        ->required();
+    const char* const carriers = "Frequency of the excitation, estimated within 1 %; F,F,F: of coils driven at the same time";
+    list<double>(sub, "--carrier-hz,--carriers", carriers)->required()->expected(1, 3);
+    option<double>(sub, "--rate-hz", "Samples per second and channel; default: of the WAV file");
+    option<int>(sub, "--bits", "Resolution of the converter; unsigned codes are detected")->default_str("16");
+    option<std::size_t>(sub, "--guard", "Samples to discard at the start of each block")->default_str("0");
+    option<std::size_t>(sub, "--block", "Samples per block, coils at once; default: 4 periods of the least carrier difference");
+    list<std::string>(sub, "--columns", "Channels by name or by number from 1; default: all");
+    option<std::string>(sub, "--reference", "Channel of the reference current by name or number, or none; default: found");
+    file(sub, "--wiring", kWiringHelp);
+    file(sub, "--out", "Couplings of each repeat (CSV), for calibrate and --device couplings:FILE");
+    sub->add_flag("--follow")->description("Wait for more at the end of the file, and write each row at once");
+    sub->add_flag("--json")->description("Result as JSON");
+    set_examples(sub,
+                 {{"a capture of tricoil device capture", "tricoil demodulate capture.csv --carrier-hz 10000 --rate-hz 200000"}});
+    sub->callback([sub, &action] { action = [sub] { return continue_in_python(*sub); }; });
+}
+
+void add_design_command(CLI::App* sub, Action& action) {
+    for (const auto& [name, help] : std::initializer_list<std::array<const char*, 2>>{
+             {"--turns", "Turns of each source coil"},
+             {"--radius", "Mean radius of the source coils, m"},
+             {"--current", "Amplitude of the current in each source coil, A"},
+             {"--noise", "Noise density of the amplifier at a sensor coil, V per root Hz"},
+             {"--sensor-turns", "Turns of each sensor coil; default: of the source coils"},
+             {"--sensor-radius", "Mean radius of the sensor coils, m; default: of the source coils"},
+             {"--wire", "Diameter of the source coils' copper wire, m: resistance, inductance, resonance"},
+             {"--sensor-wire", "Diameter of the sensor coils' copper wire, m: also its thermal noise"},
+             {"--carrier-hz", "Frequency of the current; default: near 10 kHz, as in run"},
+             {"--rate-hz", "Frames per second; default: 240"},
+             {"--spacing-mm", "Distance of the nodes of --grid-pdf; default: 40"}}) {
+        option<double>(sub, name, help);
+    }
+    list<double>(sub, "--ranges", "Distances, m; default: 0.2 to 1.2");
+    option<std::string>(sub, "--mux", "tdm: coils in turn; default: fdm, at once");
+    file(sub, "--plot", "Picture of signal to noise and error over range");
+    file(sub, "--scenario", "Writes these coils for run --scenario, at the first range");
+    file(sub, "--grid-pdf", "Writes a grid on A4 for calibrate grid, and its nodes as CSV beside it");
+    sub->add_flag("--json")->description("Result as JSON");
+    set_examples(sub, {{"coils of 40 turns", "tricoil design --turns 40 --radius 0.03 --current 1 --noise 3e-9"}});
+    sub->callback([sub, &action] { action = [sub] { return continue_in_python(*sub); }; });
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,108 @@
+// Data of the command `figures`.
+#include <pybind11/complex.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "board/host/figures/error_csv.hpp"
+#include "board/python/parts.hpp"
+#include "board/python/rows.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/sim_input/trajectory_file.hpp"
+#include "core/solver/direct.hpp"
+#include "core/tracking/judge/misfit.hpp"
+#include "sim/motion/recorded_motion.hpp"
+#include "sim/motion/simple_motions.hpp"
+#include "sim/paper/tdm_experiment.hpp"
+#include "sim/world/metal/metal_set.hpp"
+#include "sim/world/metal/sphere.hpp"
+
+namespace tricoil::python {
+namespace {
+
+namespace py = pybind11;
+
+constexpr double kCarrier_hz = 10e3;
+constexpr double kGenerated_s = 5;
+
+/// Writes the updates of an example of the paper, with the equations of its figures: range (37) and elevation (28) with kappa of
+/// (29), azimuth (35) with kappa = 2. attitude_factor: of the rates of (41).
+void write_plotted(const std::string& file, const std::string& name, double attitude_factor) {
+    paper::Example example = paper::example(name);
+    example.attitude.amplitude *= attitude_factor;
+    host::write_error_csv(
+        file, paper::simulate(example, {.kappa = error_model::KappaForm::paper, .azimuth_kappa = error_model::KappaForm::two}));
+}
+
+/// Moment of a sphere by frequency, by the name of its material; that of a perfect conductor of its size is -1.
+py::dict sphere_response(const Array& frequency_hz, double radius_m) {
+    py::dict responses;
+    for (const sim::NamedMaterial& metal : sim::materials()) {
+        py::array_t<std::complex<double>> response(frequency_hz.size());
+        std::transform(frequency_hz.data(), frequency_hz.data() + frequency_hz.size(), response.mutable_data(), [&](double hz) {
+            return 2.0 * sim::sphere_polarisability({radius_m}, metal.material, hz) / std::pow(radius_m, 3);
+        });
+        responses[py::str(metal.name)] = response;
+    }
+    return responses;
+}
+
+/// Position error of the direct solution at 10 kHz, and the distortion that trackers report without noise, m: (N, 2). The sphere
+/// is at each of places_m (N, 3).
+Array sphere_errors(const std::string& material, double radius_m, const Array& places_m, const Array& sensor_m) {
+    const Vec3<double> sensor(sensor_m.data());
+    const auto metal = std::ranges::find(sim::materials(), material, &sim::NamedMaterial::name);
+    host::refuse_if(metal == sim::materials().end(), "unknown material {}", material);
+    Array errors({places_m.shape(0), py::ssize_t{2}});
+    for (py::ssize_t n = 0; n < places_m.shape(0); ++n) {
+        sim::MetalSet set;
+        set.add({sim::Sphere{radius_m}, metal->material, {Vec3<double>(places_m.data(n)), Quat<double>::Identity()}}, 0, 1);
+        set.tune({kCarrier_hz});
+        const Mat3<double> field = sim::unit_dipole_field(sensor) + set.field(sensor, 0, 0)[0].real();
+        const auto solution = solver::solve_direct<double>(0.5 * field, 1);  // coupling constant 1 m^3: (6) with unit moments
+        const double hidden = tracking::kHiddenShare * std::sqrt(solution->misfit_squared / 3);
+        errors.mutable_at(n, 0) = (solution->position_towards(sensor) - sensor).norm();
+        errors.mutable_at(n, 1) = tracking::likely_distortion(solution->strength, solution->range_m, hidden);
+    }
+    return errors;
+}
+
+/// Errors with TDM at 240 Hz along the motion of a .traj file, or a generated one if `file` is empty: times (N), errors (N, 3,
+/// 6): measured, predicted, and predicted from the device's own poses.
+py::tuple tdm(const std::string& file, std::uint64_t seed) {
+    std::vector<paper::TdmPose> poses;
+    {
+        const py::gil_scoped_release released;
+        paper::TdmParams params;
+        if (file.empty()) {
+            params.duration_s = kGenerated_s;
+            poses = paper::simulate_tdm(sim::HandMotion(Vec3<double>(0.9, 0, 0), seed), params);
+        } else {
+            const sim::RecordedMotion motion(host::read_trajectory(file), sim::RecordedMotionParams{});
+            params.duration_s = motion.duration_s();
+            poses = paper::simulate_tdm(motion, params);
+        }
+    }
+    Array time_s(static_cast<py::ssize_t>(poses.size()));
+    Array errors({time_s.shape(0), py::ssize_t{3}, py::ssize_t{6}});
+    double* at = errors.mutable_data();
+    for (std::size_t n = 0; n < poses.size(); ++n) {
+        time_s.mutable_data()[n] = poses[n].time_s;
+        for (const auto* error : {&poses[n].measured, &poses[n].predicted, &poses[n].predicted_by_device}) {
+            at = std::copy_n(error->data(), 6, at);
+        }
+    }
+    return py::make_tuple(time_s, errors);
+}
+
+}  // namespace
+
+void add_figures(py::module_& module) {
+    module.def("sphere_errors", sphere_errors);
+    module.def("sphere_response", sphere_response);
+    module.def("tdm", tdm);
+    module.def("write_plotted", write_plotted);
+}
+
+}  // namespace tricoil::python

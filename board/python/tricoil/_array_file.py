@@ -1,0 +1,116 @@
+"""Tables and samples in NumPy files (.npy, .npz) and MATLAB files (.mat, version 5)."""
+
+import contextlib
+import io
+import os
+import re
+import tempfile
+import zipfile
+
+import numpy as np
+
+from ._mat_file import read_mat
+
+ENDINGS = (".npy", ".npz", ".mat")
+NPY, ZIP, MAT, HDF = b"\x93NUMPY", b"PK\x03\x04", b"MATLAB 5.0 MAT-file", (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n\x1a\n")
+FIRST_BYTES = 20  # that tell the format
+WXYZ = ("qw", "qx", "qy", "qz")
+MATRICES = {"x": "x", "couplings": "x", "signal_matrix": "x", "q": "q", "quadrature": "q"}
+
+
+def is_array_file(first_bytes: bytes) -> bool:
+    return first_bytes.startswith((NPY, ZIP, MAT, *HDF))
+
+
+def _fields(name, value):
+    """Arrays of numbers in a value: itself, those of a structured array or of a MATLAB structure."""
+    if isinstance(value, dict):
+        return {key: one for inner, item in value.items() for key, one in _fields(inner, item).items()}
+    value = np.asarray(value)
+    if value.dtype.names:
+        return {key: one for inner in value.dtype.names for key, one in _fields(inner, value[inner]).items()}
+    return {name: value} if value.dtype.kind in "biuf" and value.ndim else {}
+
+
+def _loaded(path, data):
+    if data.startswith(HDF):
+        raise ValueError(f"{path}: is a MAT file of version 7.3 (HDF5); save it in MATLAB with -v7")
+    if data.startswith(MAT):
+        return read_mat(data)
+    if data.startswith(ZIP) and not all(name.endswith(".npy") for name in zipfile.ZipFile(io.BytesIO(data)).namelist()):
+        raise ValueError(f"{path}: is an archive or a spreadsheet; save it as CSV")
+    loaded = np.load(io.BytesIO(data), allow_pickle=False)
+    return dict(loaded) if data.startswith(ZIP) else loaded
+
+
+def arrays_of(data: bytes, path: str) -> dict:
+    """Arrays of numbers by name; "" is that of a file of one array without names. Raises ValueError that names the file."""
+    try:
+        arrays = _fields("", _loaded(path, data))
+    except ValueError as error:
+        raise error if str(error).startswith(path) else ValueError(f"{path}: the file is damaged ({error})") from None
+    except Exception as error:  # the libraries raise many types for a damaged file
+        raise ValueError(f"{path}: the file is damaged ({type(error).__name__})") from None
+    if not any(array.size for array in arrays.values()):
+        raise ValueError(f"{path}: has no array of numbers")
+    return arrays
+
+
+def _names(name, shape):
+    name = re.sub(r"\W", "_", name)
+    if not shape:
+        return [name]
+    if name.startswith("position_") and shape == (3,):
+        return [f"{axis}_{name.removeprefix('position_')}" for axis in "xyz"]
+    if name in ("q_wxyz", "quaternion_wxyz") and shape == (4,):
+        return list(WXYZ)
+    if name in MATRICES and shape == (3, 3):
+        return [f"{MATRICES[name]}{i}{j}" for i in "123" for j in "123"]
+    return [f"{name}{n + 1}" for n in range(shape[0])] if len(shape) == 1 else []
+
+
+def table_of(data: bytes, path: str) -> bytes:
+    """The same as a table with commas. Arrays with the most rows are its columns: time_us (N,), position_m (N, 3), q_wxyz (N, 4) and matrices
+    (N, 3, 3), or (3, 3, N) of MATLAB, by these names, or without a name; others (N, K) as name1 to nameK."""
+    arrays = arrays_of(data, path)
+    if arrays.keys() == {""} and arrays[""].shape[1:] == (3, 3):
+        arrays = {"x": arrays[""]}
+    rows = max(max(array.shape[0], array.shape[-1] if array.shape[:2] == (3, 3) else 0) for array in arrays.values())
+    names, columns = [], []
+    for name, array in arrays.items():
+        if array.ndim == 3 and array.shape == (3, 3, rows) and rows != 3:
+            array = np.moveaxis(array, -1, 0)
+        of_array = _names(name, array.shape[1:]) if array.shape[0] == rows else []
+        names += of_array
+        columns += list(array.reshape(rows, -1).T) if of_array else []
+    lines = [",".join(names)] if any(arrays) else []
+    texts = [[repr(value) for value in (column.astype(int) if column.dtype.kind == "b" else column).tolist()] for column in columns]
+    return "\n".join([*lines, *map(",".join, zip(*texts)), ""]).encode()
+
+
+def samples_of(data: bytes, path: str):
+    """The array with the most numbers: of (N, channels), or (repeats, 3, samples, channels)."""
+    return max(arrays_of(data, path).values(), key=lambda array: array.size)
+
+
+@contextlib.contextmanager
+def as_text(arguments):
+    """Words of a command, in which files of arrays are replaced by tables; and a function that gives messages the original names."""
+    with contextlib.ExitStack() as folders:
+        words, original = [], {}
+        for argument in map(os.fspath, arguments):
+            if argument.endswith(ENDINGS) and os.path.isfile(argument):
+                with open(argument, "rb") as file:
+                    data = file.read()
+                place = os.path.join(folders.enter_context(tempfile.TemporaryDirectory()), os.path.basename(argument))
+                with open(place, "wb") as file:
+                    file.write(table_of(data, argument) if is_array_file(data) else data)
+                original[place], argument = argument, place
+            words.append(argument)
+
+        def named(message):
+            for place, name in original.items():
+                message = message.replace(place, name)
+            return message
+
+        yield words, named

@@ -1,0 +1,60 @@
+"""Couplings in a table: the rules of board/support/coupling_text.hpp."""
+
+import io
+import os
+
+import numpy as np
+
+from . import _array_file
+from ._byte_stream import ByteStream
+from ._table_rows import Table
+
+EXPECTED = "x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j), optionally q11,...,q33"
+ENTRIES = [f"{i}{j}" for i in "123" for j in "123"]
+LEAST_DETERMINANT = 1e-6  # of couplings with norm 1
+
+
+class _Text:
+    """A table in memory, read like a ByteStream."""
+
+    def __init__(self, path, data):
+        self.path, self._file = path, io.BytesIO(data)
+
+    def read(self):
+        return self._file.read()
+
+
+def _matrices(table, rows, kind):
+    columns = [table.column(kind + entry, EXPECTED) for entry in ENTRIES]
+    return np.stack(table.numbers(rows, [(column, None) for column in columns]), axis=1).reshape(-1, 3, 3)
+
+
+def _rows_of(table):
+    has = set(table.names).__contains__
+    kind = "m" if has("m11") else "x"
+    has_quadrature = any(has("q" + entry) for entry in ENTRIES)
+    while (rows := table.next()) is not None:
+        x = _matrices(table, rows, kind)
+        z = x + 1j * _matrices(table, rows, "q") if has_quadrature else x
+        dead = ~(abs(np.linalg.det(z)) > LEAST_DETERMINANT * np.linalg.norm(z, axis=(1, 2)) ** 3)
+        if dead.any():
+            raise ValueError(f"{table.path}:{rows.lines[dead.argmax()]}: the couplings are zero or have rank below three: a coil or a channel was "
+                             "dead; remove the line")
+        yield x
+
+
+def read_couplings(path: str | os.PathLike):
+    """Couplings in phase (N, 3, 3) of every row. Raises ValueError that names file and line, also for a table without rows."""
+    path = os.fspath(path)
+    with ByteStream(path) as stream:
+        data = stream.read()
+        if _array_file.is_array_file(data):
+            stream = _Text(path, _array_file.table_of(b"".join((data, *iter(stream.read, b""))), path))
+            data = stream.read()
+        table = Table(stream, data)
+        for entry in ENTRIES:  # also without rows
+            table.column(("m" if "m11" in table.names else "x") + entry, EXPECTED)
+        parts = list(_rows_of(table))
+    if not parts:
+        raise ValueError(f"{path}: holds no column frames")
+    return np.concatenate(parts)

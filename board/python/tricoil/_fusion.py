@@ -1,0 +1,307 @@
+"""Fusion of optical poses with an inertial sensor: the most probable path and its covariance, all samples at once.
+
+The motion model is that of core/tracking/scaat/propagate.hpp: constant velocity with white acceleration around a mean, which the accelerometer
+measures here, and likewise the angular rate. Gauss-Newton on all states is the Rauch-Tung-Striebel smoother, iterated (Bell 1994, SIAM Journal on
+Optimization 4(3)); it also estimates constants: gravity, mounting and clock offset. The normal matrix is block tridiagonal, bordered by the constants.
+"""
+
+import dataclasses
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
+from scipy.spatial.transform import Rotation
+
+from ._align import crosses
+
+# States of a node. The error of the optical system has a smooth part, with its rate, besides the white one: its software filters and interpolates.
+POSITION, VELOCITY, TURN, ACC_BIAS, GYRO_BIAS = (slice(n, n + 3) for n in range(0, 15, 3))
+SMOOTH, SMOOTH_RATE = slice(15, 21), slice(21, 27)
+STATES = 27
+PARTNER = np.concatenate([np.arange(3, 6), np.arange(3), np.arange(6, 15), np.arange(21, 27), np.arange(15, 21)])  # derivative or integral
+# Constants: gravity (optical frame), origin of the body in the sensor's frame, small rotation of the body in it, clock offset.
+GRAVITY, LEVER, MOUNT, OFFSET = slice(0, 3), slice(3, 6), slice(6, 9), 9
+CONSTANTS = 10
+SMOOTH_PER_S = 200.0  # sqrt(3) / length of the Matern 3/2 process of the smooth error
+BIAS_M_S2, BIAS_RAD_S = 0.3, 0.1  # standard deviations before any measurement
+RATE_RAD_S = 100.0
+EARTH_M_S2, EARTH_DEVIATION_M_S2 = 9.806, 0.03  # from the equator to the poles 9.780 to 9.832, and the scale of an accelerometer
+PRIOR = np.array([1.0] * 3 + [1.0] * 3 + [1.0] * 3 + [0.1])
+STILL = 1e-9  # standard deviation of a constant that is not estimated
+STILL_RATE = 1e-3  # of a state that is not: large enough for the condition of the matrix, small beside what is measured
+
+
+def transposed(m):
+    return m.transpose(0, 2, 1)
+
+
+def cross_turn(turn, vector):
+    return turn.apply(np.broadcast_to(vector, (len(turn), 3)))
+
+
+@dataclasses.dataclass
+class Noise:
+    """Spectral densities and variances; `optical` and `smooth`: position (m^2), rotation (rad^2)."""
+
+    acceleration: float  # m^2/s^3
+    rate: float  # rad^2/s
+    acc_walk: float  # m^2/s^5
+    gyro_walk: float  # rad^2/s^3
+    optical: np.ndarray
+    smooth: np.ndarray
+
+
+class Integral:
+    """Mean over an interval of samples that are connected by straight lines."""
+
+    def __init__(self, time_s, values):
+        self.time_s, self.values = time_s, values
+        self.total = np.vstack((np.zeros(3), np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time_s)[:, None], axis=0)))
+
+    def __call__(self, time_s):
+        """Integral from the first sample, (N, 3); beyond the ends the end values continue."""
+        n = np.clip(np.searchsorted(self.time_s, time_s, side="right") - 1, 0, len(self.time_s) - 2)
+        h = time_s - self.time_s[n]
+        inside = np.clip(h, 0, self.time_s[n + 1] - self.time_s[n])
+        slope = (self.values[n + 1] - self.values[n]) / (self.time_s[n + 1] - self.time_s[n])[:, None]
+        beyond = np.where((h < 0)[:, None], self.values[0], self.values[-1])
+        return self.total[n] + inside[:, None] * (self.values[n] + slope * inside[:, None] / 2) + (h - inside)[:, None] * beyond
+
+    def mean(self, time_s):
+        return np.diff(self(time_s), axis=0) / np.diff(time_s)[:, None]
+
+
+@dataclasses.dataclass
+class Measurement:
+    """Poses at nodes: index of the node, position, attitude (None: positions only), factor on the variance of the optical noise (position, rotation)."""
+
+    node: np.ndarray
+    position_m: np.ndarray
+    turn: Rotation | None
+    factor: np.ndarray
+    has_smooth_error: bool = True
+
+
+@dataclasses.dataclass
+class State:
+    """Path of the inertial sensor at the nodes, and the constants."""
+
+    p: np.ndarray
+    v: np.ndarray
+    turn: Rotation
+    acc_bias: np.ndarray
+    gyro_bias: np.ndarray
+    smooth: np.ndarray
+    smooth_rate: np.ndarray
+    gravity: np.ndarray
+    lever: np.ndarray
+    mount: Rotation
+    offset_s: float
+
+    def moved(self, x, c):
+        """The state after a step of the states (N, 27) and the constants (10,)."""
+        return State(self.p + x[:, POSITION], self.v + x[:, VELOCITY], Rotation.from_rotvec(x[:, TURN]) * self.turn, self.acc_bias + x[:, ACC_BIAS],
+                     self.gyro_bias + x[:, GYRO_BIAS], self.smooth + x[:, SMOOTH], self.smooth_rate + x[:, SMOOTH_RATE], self.gravity + c[GRAVITY],
+                     self.lever + c[LEVER], Rotation.from_rotvec(c[MOUNT]) * self.mount, self.offset_s + c[OFFSET])
+
+
+    def constants_from(self, other):
+        """Difference of the constants, (10,)."""
+        return np.concatenate((self.gravity - other.gravity, self.lever - other.lever, (self.mount * other.mount.inv()).as_rotvec(), [self.offset_s - other.offset_s]))
+
+
+class Fusion:
+    """One path through measurements at nodes.
+
+    time_s: (N,) of the nodes, optical clock. acc, gyro: Integral over the sensor's clock, or None without that sensor: then the velocity or the
+    angular rate has a white derivative. constants: their standard deviations before these measurements, (10,).
+    """
+
+    def __init__(self, time_s, acc, gyro, measurements, noise, constants):
+        self.time_s, self.dt = time_s, np.diff(time_s)
+        self.acc, self.gyro, self.measurements, self.noise = acc, gyro, measurements, noise
+        has_turn = any(m.turn is not None for m in measurements)
+        turning = RATE_RAD_S if has_turn else STILL_RATE
+        deviations = ((TURN, 10.0 if has_turn else STILL_RATE), (ACC_BIAS, BIAS_M_S2 if acc else STILL_RATE), (GYRO_BIAS, BIAS_RAD_S if gyro else turning))
+        self.start = np.full(STATES, 1e3)  # standard deviations of the first node
+        for part, deviation in deviations:
+            self.start[part] = deviation
+        self.start[SMOOTH] = np.repeat(np.sqrt(noise.smooth), 3)
+        self.start[SMOOTH_RATE] = SMOOTH_PER_S * self.start[SMOOTH]
+        self.prior = np.asarray(constants)
+        self.expected = None  # constants before these measurements: those of the first step
+        self.blocks = None
+
+    def means(self, offset_s):
+        """Mean specific force and angular rate over the intervals between the nodes."""
+        zero = np.zeros((len(self.dt), 3))
+        return [zero if one is None else one.mean(self.time_s + offset_s) for one in (self.acc, self.gyro)]
+
+    def optical(self, s, m):
+        """Predicted pose of the body at the nodes of a measurement, and its derivatives."""
+        turn = s.turn[m.node]
+        arm = cross_turn(turn, s.lever)
+        by_state, by_constant = np.zeros((len(m.node), 6, STATES)), np.zeros((len(m.node), 6, CONSTANTS))
+        by_state[:, :3, POSITION], by_state[:, 3:, TURN] = np.eye(3), np.eye(3)
+        by_state[:, :3, TURN] = -crosses(arm)
+        by_constant[:, :3, LEVER] = by_constant[:, 3:, MOUNT] = turn.as_matrix()
+        rate = turn.apply(self.rate(s)[m.node])
+        by_constant[:, :3, OFFSET], by_constant[:, 3:, OFFSET] = s.v[m.node] + np.cross(rate, arm), rate
+        p, turn = s.p[m.node] + arm, turn * s.mount
+        if m.has_smooth_error:
+            by_state[:, :, SMOOTH] = np.eye(6)
+            p, turn = p + s.smooth[m.node, :3], Rotation.from_rotvec(s.smooth[m.node, 3:]) * turn
+        return p, turn, by_state, by_constant
+
+    def rate(self, s):
+        """Angular rate at the nodes, sensor's frame."""
+        between = self.means(s.offset_s)[1] - s.gyro_bias[:-1]
+        return np.vstack((between[:1], (between[1:] + between[:-1]) / 2, between[-1:]))
+
+    def motion(self, s):
+        """Residuals of the motion model between the nodes, and their derivatives by the first node and the constants; by the second one: 1."""
+        n, dt = len(self.dt), self.dt[:, None]
+        force, rate = self.means(s.offset_s)
+        rate = rate - s.gyro_bias[:-1]
+        middle = s.turn[:-1] * Rotation.from_rotvec(rate * dt / 2)
+        pull = middle.apply(force - s.acc_bias[:-1])
+        a = pull + s.gravity
+        kept = np.exp(-SMOOTH_PER_S * dt)
+        smooth = ((1 + SMOOTH_PER_S * dt) * kept, dt * kept), (-SMOOTH_PER_S**2 * dt * kept, (1 - SMOOTH_PER_S * dt) * kept)
+        r, first, constant = np.zeros((n, STATES)), np.zeros((n, STATES, STATES)), np.zeros((n, STATES, CONSTANTS))
+        r[:, POSITION] = s.p[1:] - s.p[:-1] - s.v[:-1] * dt - a * dt**2 / 2
+        r[:, VELOCITY] = s.v[1:] - s.v[:-1] - a * dt
+        r[:, TURN] = (s.turn[1:] * (s.turn[:-1] * Rotation.from_rotvec(rate * dt)).inv()).as_rotvec()
+        r[:, ACC_BIAS], r[:, GYRO_BIAS] = np.diff(s.acc_bias, axis=0), np.diff(s.gyro_bias, axis=0)
+        for part, (a_e, a_v) in zip((SMOOTH, SMOOTH_RATE), smooth):
+            value = s.smooth if part is SMOOTH else s.smooth_rate
+            r[:, part] = value[1:] - a_e * s.smooth[:-1] - a_v * s.smooth_rate[:-1]
+            first[:, part, SMOOTH], first[:, part, SMOOTH_RATE] = -a_e[:, :, None] * np.eye(6), -a_v[:, :, None] * np.eye(6)
+        first[:, :15, :15] = -np.eye(15)
+        h, one, sensor = dt[:, :, None], np.eye(3), middle.as_matrix()
+        first[:, POSITION, VELOCITY] = -h * one
+        for part, factor in ((POSITION, h**2 / 2), (VELOCITY, h)):
+            first[:, part, TURN], first[:, part, ACC_BIAS], constant[:, part, GRAVITY] = factor * crosses(pull), factor * sensor, -factor * one
+        first[:, TURN, GYRO_BIAS] = h * sensor
+        return r, first, constant
+
+    def information(self):
+        """Inverse covariance of the residuals: its diagonal, and its entries between a state and its derivative, (N - 1, 27) each."""
+        dt, q = self.dt, self.noise
+        own, with_partner = np.zeros((2, len(dt), STATES))
+
+        def pair(rows, rates, p, pv, v):  # inverse of [p, pv; pv, v]
+            determinant = p * v - pv**2
+            for part, entry in ((rows, v), (rates, p)):
+                own[:, part], with_partner[:, part] = (entry / determinant)[:, None], (-pv / determinant)[:, None]
+
+        pair(POSITION, VELOCITY, *(q.acceleration * moment for moment in (dt**3 / 3, dt**2 / 2, dt)))
+        # Of the stationary covariance diag(1, l^2): P - F P F^T. A series where it cancels.
+        x = SMOOTH_PER_S * dt
+        kept = np.exp(-2 * x)
+        position = np.where(x < 0.02, 4 / 3 * x**3 - 2 * x**4, 1 - kept * ((1 + x) ** 2 + x**2))
+        for k in range(2):
+            rows, rates = (slice(part.start + 3 * k, part.start + 3 * k + 3) for part in (SMOOTH, SMOOTH_RATE))
+            pair(rows, rates, *(q.smooth[k] * moment for moment in (
+                position, SMOOTH_PER_S * 2 * x**2 * kept, SMOOTH_PER_S**2 * (1 - kept * ((1 - x) ** 2 + x**2)))))
+        for part, density in ((TURN, q.rate), (ACC_BIAS, q.acc_walk if self.acc else STILL_RATE**2), (GYRO_BIAS, q.gyro_walk)):
+            own[:, part] = 1 / (density * dt)[:, None]
+        return own, with_partner
+
+    def residual(self, s, m):
+        """Predicted minus measured, (M, 6), its derivatives and the standard deviation of the white noise."""
+        p, turn, by_state, by_constant = self.optical(s, m)
+        deviation = np.repeat(np.sqrt(self.noise.optical * m.factor), 3, axis=1)
+        turned = np.zeros_like(p) if m.turn is None else (turn * m.turn.inv()).as_rotvec()
+        if m.turn is None:
+            by_state[:, 3:], by_constant[:, 3:] = 0, 0
+        return np.hstack((p - m.position_m, turned)), by_state, by_constant, deviation
+
+    def step(self, s):
+        """The state after a Gauss-Newton step, and the largest changes of position and attitude."""
+        n = len(self.time_s)
+        r, first, constant = self.motion(s)
+        own, with_partner = self.information()
+
+        def weighted(values):
+            return own[:, :, None] * values + with_partner[:, :, None] * values[:, PARTNER]
+
+        diagonal, right, border = np.zeros((n, STATES, STATES)), np.zeros((n, STATES)), np.zeros((n, STATES, CONSTANTS))
+        below, w_r, w_constant = weighted(first), weighted(r[:, :, None]), weighted(constant)
+        diagonal[:-1] += transposed(first) @ below
+        states = np.arange(STATES)
+        diagonal[1:, states, states] += own
+        diagonal[1:, states, PARTNER] += with_partner
+        right[:-1] += (transposed(first) @ w_r)[:, :, 0]
+        right[1:] += w_r[:, :, 0]
+        border[:-1] += transposed(first) @ w_constant
+        border[1:] += w_constant
+        flat = constant.reshape(-1, CONSTANTS)
+        corner, of_constant = flat.T @ w_constant.reshape(-1, CONSTANTS), flat.T @ w_r.ravel()
+        for m in self.measurements:
+            e, by_state, by_constant, deviation = self.residual(s, m)
+            e, by_state, by_constant = e / deviation, by_state / deviation[:, :, None], by_constant / deviation[:, :, None]
+            np.add.at(diagonal, m.node, transposed(by_state) @ by_state)
+            np.add.at(right, m.node, np.einsum("nji,nj->ni", by_state, e))
+            np.add.at(border, m.node, transposed(by_state) @ by_constant)
+            flat = by_constant.reshape(-1, CONSTANTS)
+            corner, of_constant = corner + flat.T @ flat, of_constant + flat.T @ e.ravel()
+        inverse = 1 / self.start**2
+        diagonal[0] += np.diag(inverse)
+        right[0] += inverse * np.concatenate((np.zeros(9), s.acc_bias[0], s.gyro_bias[0], s.smooth[0], s.smooth_rate[0]))
+        corner[np.diag_indices(CONSTANTS)] += 1 / self.prior**2
+        self.expected = s if self.expected is None else self.expected
+        of_constant += s.constants_from(self.expected) / self.prior**2
+        size = np.linalg.norm(s.gravity)
+        if size > 0:
+            along = s.gravity / size
+            corner[GRAVITY, GRAVITY] += np.outer(along, along) / EARTH_DEVIATION_M_S2**2
+            of_constant[GRAVITY] += along * (size - EARTH_M_S2) / EARTH_DEVIATION_M_S2**2
+        self.diagonal, self.below = diagonal, below
+        x, c = self.solved(right, border, corner, of_constant)
+        return s.moved(x, c), float(np.abs(x[:, POSITION]).max()), float(np.abs(x[:, TURN]).max())
+
+    def solved(self, right, border, corner, of_constant):
+        n = len(right)
+        bands = np.zeros((2 * STATES, n * STATES))
+        by_state = bands.reshape(2 * STATES, n, STATES)
+        i, j = np.tril_indices(STATES)
+        by_state[i - j, :, j] = self.diagonal[:, i, j].T
+        i, j = (one.ravel() for one in np.indices((STATES, STATES)))
+        by_state[STATES + i - j, :-1, j] = self.below[:, i, j].T
+        factor = cholesky_banded(bands, overwrite_ab=True, lower=True, check_finite=False)
+        both = cho_solve_banded((factor, True), np.column_stack((right.ravel(), border.reshape(-1, CONSTANTS))), overwrite_b=True, check_finite=False)
+        flat = border.reshape(-1, CONSTANTS)
+        self.constant_covariance = np.linalg.inv(corner - flat.T @ both[:, 1:])
+        c = -self.constant_covariance @ (of_constant - flat.T @ both[:, 0])
+        self.by_constant = both[:, 1:].reshape(n, STATES, CONSTANTS)  # minus the derivative of the states
+        return (-both[:, 0] - both[:, 1:] @ c).reshape(n, STATES), c
+
+    def fit(self, s, steps=8, position_m=1e-5, turn_rad=1e-5):
+        """The most probable state. Raises LinAlgError if there is none."""
+        for _ in range(steps):
+            s, moved_m, turned = self.step(s)
+            if not np.isfinite(moved_m + turned):
+                raise LinAlgError("the steps diverge")
+            if moved_m < position_m and turned < turn_rad:
+                break
+        self.blocks = None
+        return s
+
+    def state_covariance(self):
+        """Diagonal blocks of the inverse of the normal matrix, without the constants' share."""
+        if self.blocks is None:
+            diagonal, below = self.diagonal, self.below
+            forward, gain = np.empty_like(diagonal), np.empty_like(below)
+            forward[0] = np.linalg.inv(diagonal[0])
+            for k in range(1, len(diagonal)):
+                gain[k - 1] = below[k - 1] @ forward[k - 1]
+                forward[k] = np.linalg.inv(diagonal[k] - gain[k - 1] @ below[k - 1].T)
+            for k in range(len(diagonal) - 2, -1, -1):
+                forward[k] += gain[k].T @ forward[k + 1] @ gain[k]
+            self.blocks = forward
+        return self.blocks
+
+    def covariance(self, node, by_state, by_constant):
+        """Covariance of what has these derivatives."""
+        whole = by_constant - by_state @ self.by_constant[node]
+        return by_state @ self.state_covariance()[node] @ transposed(by_state) + whole @ self.constant_covariance @ transposed(whole)

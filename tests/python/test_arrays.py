@@ -1,0 +1,141 @@
+"""NumPy and MATLAB files wherever a table is taken: the same result as from text."""
+
+import importlib.util
+import os
+import random
+import tempfile
+import unittest
+
+import numpy as np
+import tricoil
+from test_demodulate import CARRIERS_HZ, RATE_HZ, at_once
+from tricoil._array_file import arrays_of, table_of
+
+HAS_SCIPY = importlib.util.find_spec("scipy") is not None
+COUNT = 40
+RNG = np.random.default_rng(3)
+POSITION_M = RNG.uniform(0.2, 0.4, (COUNT, 3))
+Q = RNG.normal(size=(COUNT, 4))
+Q /= np.linalg.norm(Q, axis=1, keepdims=True)
+X = np.array([tricoil.couplings(p, q) for p, q in zip(POSITION_M, Q)])
+ARRAYS = {"time_s": 0.01 * np.arange(COUNT), "position_m": POSITION_M, "q_wxyz": Q, "x": X}
+HEADER = "time_s,x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33"
+
+
+class Arrays(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def files(self, arrays):
+        """The same arrays in all formats."""
+        np.savez(self.path("a.npz"), **arrays)
+        np.savez_compressed(self.path("b.npz"), rate_hz=100.0, operator="A", **arrays)
+        rows = np.zeros(len(next(iter(arrays.values()))), [(name, array.dtype, array.shape[1:]) for name, array in arrays.items()])
+        for name, array in arrays.items():
+            rows[name] = array
+        np.save(self.path("c.npy"), rows)
+        names = ["a.npz", "b.npz", "c.npy"]
+        if HAS_SCIPY:
+            from scipy.io import savemat
+
+            savemat(self.path("d.mat"), {**arrays, "rate_hz": 100.0, "note": "x"})
+            savemat(self.path("e.mat"), {"recording": {name: np.moveaxis(array, 0, -1) if array.ndim == 3 else array for name, array in arrays.items()}})
+            names += ["d.mat", "e.mat"]
+        return [self.path(name) for name in names]
+
+    def text(self):
+        path = self.path("text.csv")
+        np.savetxt(path, np.column_stack([array.reshape(COUNT, -1) for array in ARRAYS.values()]), delimiter=",", header=HEADER, comments="", fmt="%.17g")
+        return path
+
+    def test_every_command_reads_them(self):
+        """A contract: the result from each format is that from text."""
+        motion = {"time_us": 10_000.0 * np.arange(COUNT), "x": X}
+        rest = {"x": np.repeat(tricoil.couplings((0.4, 0.2, 0.1), (1, 0, 0, 0))[None], 5, axis=0)}
+        nodes = np.arange(COUNT)
+        grid = {"column": nodes % 8, "row": nodes // 8, "level": np.zeros(COUNT, int),
+                "x": np.array([tricoil.couplings((0.2 + 0.05 * (n % 8), 0.05 * (n // 8) - 0.1, 0.1), Q[n]) for n in nodes])}
+        out = self.path("out.toml")
+        cases = {
+            "poses": (ARRAYS, lambda path: vars(tricoil.read_poses(path))["position_m"].tolist()),
+            "stage": (ARRAYS, lambda path: tricoil.calibrate([path], out, "stage", model="concentric")["position_rms_m"]),
+            "evaluate": (ARRAYS, lambda path: tricoil.command("evaluate", path, calibration=out, refit_fixtures=True)["position_rms_m"]),
+            "free-motion": (motion, lambda path: tricoil.calibrate([path], out, "free-motion")["misfit_after"]),
+            "wiring": (rest, lambda path: tricoil.command("calibrate wiring", path, at=(0.4, 0.2, 0.1))["misfit"]),
+            "without a name": ({"x": X}, lambda path: tricoil.calibrate([path], out, "free-motion")["misfit_after"]),
+            "grid": (grid, lambda path: tricoil.calibrate([path], out, "grid", spacing_mm=50)["frames"]),
+        }
+        for name, (arrays, read) in cases.items():
+            text = self.path("table.csv")
+            paths = self.files(arrays)
+            with open(paths[0], "rb") as file, open(text, "wb") as table:
+                table.write(table_of(file.read(), paths[0]))
+            expected = read(text)
+            if name == "without a name":
+                paths.append(self.path("x.npy"))
+                np.save(paths[-1], X)
+            for path in paths:
+                np.testing.assert_allclose(read(path), expected, rtol=1e-12, atol=1e-15, err_msg=f"{name} {path}")
+
+    def test_names_of_columns(self):
+        for path in self.files(ARRAYS):
+            with open(path, "rb") as file:
+                lines = table_of(file.read(), path).decode().splitlines()
+            self.assertEqual(sorted(lines[0].split(",")), sorted(HEADER.split(",")), path)
+            self.assertEqual(len(lines), 1 + COUNT)
+        np.testing.assert_allclose(tricoil.read_poses(self.text()).position_m, POSITION_M)
+
+    def test_captures(self):
+        values = at_once()
+        expected = tricoil.demodulate(values, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4)["mean"]
+        np.save(self.path("a.npy"), values)
+        np.savez(self.path("a.npz"), samples=values, rate_hz=RATE_HZ)
+        names = ["a.npy", "a.npz"]
+        if HAS_SCIPY:
+            from scipy.io import savemat
+
+            savemat(self.path("a.mat"), {"samples": values, "fs": RATE_HZ})
+            names.append("a.mat")
+        for name in names:
+            self.assertEqual(tricoil.demodulate(self.path(name), CARRIERS_HZ, rate_hz=RATE_HZ, reference=4)["mean"], expected)
+
+    def test_what_cannot_be_read_is_said(self):
+        good = {}
+        for path in self.files(ARRAYS):
+            with open(path, "rb") as file:
+                good[path] = file.read()
+        zipped = good[self.path("a.npz")]
+        for data, message in ((b"MATLAB 7.3 MAT-file, Platform" + bytes(600), "version 7.3"), (b"\x89HDF\r\n\x1a\n" + bytes(99), "-v7"),
+                              (zipped.replace(b".npy", b".xml"), "spreadsheet"), (zipped[:200], "damaged"), (good[self.path("c.npy")][:-8], "damaged")):
+            path = self.path("bad.npz")
+            with open(path, "wb") as file:
+                file.write(data)
+            for read in (tricoil.read_poses, lambda p: tricoil.command("calibrate free-motion", p, out=self.path("o")), lambda p: tricoil.demodulate(p, 1, rate_hz=9)):
+                with self.assertRaisesRegex(ValueError, f"bad.npz.*{message}") as refusal:
+                    read(path)
+                self.assertNotIn("\n", str(refusal.exception))
+        np.savez(path, text=np.array("a"))
+        with self.assertRaisesRegex(ValueError, "bad.npz: has no array of numbers"):
+            tricoil.read_poses(path)
+        np.save(self.path("object.npy"), np.array([{}], object), allow_pickle=True)
+        with self.assertRaisesRegex(ValueError, "object.npy: the file is damaged"):
+            tricoil.read_poses(self.path("object.npy"))
+        random.seed(4)
+        for path, data in good.items():
+            for _ in range(60):
+                damaged = bytearray(data)
+                for _ in range(random.randrange(1, 6)):
+                    damaged[random.randrange(len(damaged))] = random.randrange(256)
+                try:
+                    arrays_of(bytes(damaged), path)
+                except ValueError as error:
+                    self.assertIn(path, str(error))
+
+
+if __name__ == "__main__":
+    unittest.main()

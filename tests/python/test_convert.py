@@ -1,0 +1,123 @@
+"""tricoil convert of a file of poses: each form is read again as it was written."""
+
+import os
+import subprocess
+import tempfile
+import unittest
+
+import numpy as np
+import tricoil
+from scipy.spatial.transform import Rotation
+from tricoil import _convert
+
+RATE_HZ = 50.0
+
+
+def poses(sensor="1"):
+    t = 12.34 + np.arange(200) / RATE_HZ
+    position = np.stack((0.5 + 0.1 * np.sin(t), 0.2 * np.cos(1.3 * t), 0.05 * t), axis=1)
+    turns = Rotation.from_rotvec(np.stack((np.sin(0.7 * t), 2 * np.cos(0.4 * t), 0.3 * t), axis=1))
+    return tricoil.Poses(t, position, turns.as_quat()[:, [3, 0, 1, 2]], "given", sensor=sensor)
+
+
+class Convert(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def write(self, name, text):
+        path = os.path.join(self.folder, name)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    def assert_equal(self, given, read, time=True):
+        np.testing.assert_allclose(read.position_m, given.position_m, atol=1e-9)
+        if time:
+            np.testing.assert_allclose(read.time_s, given.time_s, atol=1e-8)
+        else:  # frame numbers: without their origin
+            np.testing.assert_allclose(np.diff(read.time_s), np.diff(given.time_s), atol=1e-9)
+        if given.quaternion_wxyz is None:
+            self.assertIsNone(read.quaternion_wxyz)
+        else:
+            np.testing.assert_allclose(abs(np.sum(read.quaternion_wxyz * given.quaternion_wxyz, axis=1)), 1, atol=1e-12)
+
+    def test_round_trip_of_every_form_and_unit(self):
+        given = poses()
+        for form, units in (("csv", ("m", "cm", "mm", "in")), ("jsonl", ("m", "cm", "mm", "in")), ("motive", ("m", "cm", "mm")), ("polhemus", ("m", "cm", "mm", "in")),
+                            ("ndi", ("mm",)), ("mha", ("mm",))):
+            for unit in units:
+                with self.subTest(form=form, unit=unit):
+                    file = self.write(f"take.{form}", _convert.converted(given, form, unit))
+                    read = tricoil.read_poses(file, rate_hz=RATE_HZ if form == "ndi" else None)
+                    self.assert_equal(given, read, time=form != "ndi")
+                    self.assertEqual(read.notes, ())
+
+    def test_angles_have_the_given_order(self):
+        """Without its quaternions the table of angles alone has the attitudes."""
+        given = poses()
+        for axes in ("zyx", "xyz", "zxz"):
+            lines = _convert.converted(given, "csv", "mm", axes).splitlines()
+            self.assertIn(axes.upper(), lines[0])
+            fields = [line.split(",") for line in lines[1:]]
+            file = self.write("angles.csv", "".join(",".join(row[:4] + row[8:]) + "\n" for row in fields))
+            self.assert_equal(given, tricoil.read_poses(file, rotation=axes.upper()))
+
+    def test_positions_only(self):
+        given = tricoil.Poses(poses().time_s, poses().position_m)
+        for form in ("csv", "jsonl", "motive"):
+            self.assert_equal(given, tricoil.read_poses(self.write("marker", _convert.converted(given, form))))
+        for form in ("polhemus", "ndi", "mha"):
+            with self.assertRaisesRegex(ValueError, "has positions only"):
+                _convert.converted(given, form)
+
+    def test_program_and_package(self):
+        source, out = self.write("take.csv", _convert.converted(poses(), "csv", "cm")), os.path.join(self.folder, "motive.csv")
+        program = [os.environ["TRICOIL_PROGRAM"], "convert"]
+        done = subprocess.run([*program, source, "--to", "motive", "--units", "mm", "--out", out], capture_output=True, text=True, check=True)
+        self.assertIn("200 poses as motive", done.stdout)
+        self.assert_equal(poses(), tricoil.read_poses(out))
+        self.assertEqual(tricoil.command("convert", source, to="ndi", out=out)["poses"], 200)
+        done = subprocess.run([*program, source, "--to", "polhemus"], capture_output=True, text=True, check=True)
+        self.assertEqual(done.stdout.count("\n"), 201)
+        for words, message in (([source, "--to", "mat"], "--to mat: only of a recording's folder"), ([source, "--to", "ndi", "--units", "in"], "give --units mm"),
+                               ([source, "--to", "motive", "--euler", "zyx"], "--euler: only with --to csv"), ([source, "--to", "csv", "--out", source], "is also an input file"),
+                               ([source, "--json"], "--json: the poses need a file"), ([source, "--boresight"], "--boresight: only of a recording's folder"), ([self.folder, "--to", "ndi"], "is written from a file of poses"),
+                               ([source, "--to", "csv", "--euler", "zzy"], "--euler must be three axes")):
+            done = subprocess.run([*program, *words], capture_output=True, text=True, check=False)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+            self.assertIn(message, done.stderr)
+
+    def test_own_mcap_is_read(self):
+        take, out = os.path.join(self.folder, "take"), os.path.join(self.folder, "take.mcap")
+        run = tricoil.run("hand", duration_s=1, record=take, fidelity="columns")
+        tricoil.command("convert", take, to="mcap", out=out)
+        read = tricoil.read_poses(out)
+        valid = run.poses[run.poses["valid"]]
+        np.testing.assert_allclose(read.position_m, valid["position_m"], atol=1e-6)
+        with open(out, "rb") as file:
+            data = file.read()
+        for content, message in ((data[:len(data) // 2], "cut off"), (data[:8], "no messages"), (data.replace(b"tricoil.Pose", b"another.Pose"), "no messages")):
+            with open(out, "wb") as file:
+                file.write(content)
+            with self.assertRaisesRegex(ValueError, message):
+                tricoil.read_poses(out)
+
+    def test_binary_formats_are_named(self):
+        for content, message in ((b"\x02\x50" + bytes(600), "is C3D"), (b"#ROSBAG V2.0\n", "is a rosbag"), (b"SQLite format 3\x00" + bytes(100), "is a rosbag")):
+            path = os.path.join(self.folder, "binary")
+            with open(path, "wb") as file:
+                file.write(content)
+            with self.assertRaisesRegex(ValueError, message):
+                tricoil.read_poses(path)
+
+    def test_uneven_poses_have_no_frame_numbers(self):
+        given = poses()
+        uneven = tricoil.Poses(given.time_s + 0.4 / RATE_HZ * np.sin(np.arange(200)), given.position_m, given.quaternion_wxyz)
+        with self.assertRaisesRegex(ValueError, "not equally spaced"):
+            _convert.converted(uneven, "ndi")
+
+
+if __name__ == "__main__":
+    unittest.main()
