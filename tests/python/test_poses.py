@@ -255,6 +255,9 @@ class Poses(unittest.TestCase):
         self.write(self.table(self.plain(**stated)))
         poses = self.agree()
         np.testing.assert_allclose(poses.deviation[0], (1e-3, 2e-3, 3e-3, 4, 5, 6))
+        lines = self.table(self.plain(**stated)).splitlines()
+        self.write("\n".join([*lines[:3], lines[2], *lines[3:]]))
+        self.assertEqual(len(self.agree().deviation), COUNT)  # of rows that are there twice as well
         for value in ("", "inf"):
             self.write(self.table(self.plain(**{**stated, "std_y_mm": [value] + ["1"] * (COUNT - 1)})))
             self.assertIsNone(self.agree().deviation)

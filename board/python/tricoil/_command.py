@@ -31,40 +31,6 @@ def _words(options: dict[str, Any]) -> list[str]:
     return words
 
 
-def in_python(name, arguments, options) -> bool:
-    """True for a command, or a kind of it, that the program hands over to this package."""
-    if name == "motion":
-        return bool({"poses", "trajectory", "plan"} & options.keys())
-    return name in ("bench", "demodulate", "calibrate pivot") or (name == "convert" and len(arguments) == 1 and os.path.isfile(arguments[0]))
-
-
-def of_python(name, arguments, options) -> Any:
-    """The result of such a command. Raises ValueError with the program's names of the options."""
-    if name == "motion":
-        from . import _motion_command
-
-        return _motion_command.run(**options)[0]
-    if len(arguments) != 1 or (name == "demodulate" and "carrier_hz" not in options):
-        raise ValueError("demodulate takes one capture, and carrier_hz" if name == "demodulate" else f"{name} takes one file")
-    options.pop("json", None)
-    if name == "demodulate":
-        from . import _demodulate
-
-        return _demodulate.run(*arguments, **options)[0]
-    path = os.fspath(arguments[0])
-    if name == "bench":
-        from . import _bench
-
-        return _bench.run(path, **options)[0]
-    if name == "convert":
-        from . import _convert
-
-        return _convert.run(path, **options)
-    from . import _pivot
-
-    return _pivot.of_file(path, options.get("sensor"), os.fspath(options.get("out", "")))
-
-
 FILES = {"design": 0, "figures": 0}  # number of files of a command, if not 1
 
 

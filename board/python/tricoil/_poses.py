@@ -81,7 +81,6 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
         keep = np.append(True, ~same)
         kept = np.flatnonzero(keep)
         time_s, position_m, q = time_s[keep], position_m[keep], None if q is None else q[keep]
-        deviation = None if deviation is None else deviation[keep]
         if not keep.all():
             notes.append(f"{np.sum(~keep)} rows are there twice; taken once")
         step = np.diff(time_s)
