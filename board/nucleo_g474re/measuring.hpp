@@ -34,7 +34,7 @@ inline constexpr std::array kModes{
 /// Full amplitude gives 0.7 V; all FDM carriers together 1.0 V, two bands 1.2 V, because they start at phase zero.
 constexpr float kMaxReference_v = 1.3F;
 constexpr float kTripMargin = 1.1F;  // hardware limit / software limit: the software detects an over-current first and reports it
-constexpr float kCouplingConstant = 0.12544F;  // C of coil S2 and the nominal sensor coils; a test compares it with the netlists
+constexpr float kCouplingConstant = 0.12544F;  // C of coil S2 and the nominal sensor coils; a test compares it with coils.toml
 /// Moments of S1 to S3 relative to S2.
 constexpr std::array kMoments{0.99241F, 1.0F, 0.98853F};
 

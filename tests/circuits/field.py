@@ -19,6 +19,15 @@ def _loop_field(axis, radius, ampere_turns, point):
     return math.sqrt(sum(v * v for v in total)) * 1e-7 * ampere_turns
 
 
+def reached_m(tesla, coils):
+    """Distance, m, at which the sum of the coils' magnitudes falls to `tesla`; between 5 and 50 cm."""
+    near, far = 0.05, 0.5
+    for _ in range(20):
+        middle = 0.5 * (near + far)
+        near, far = (middle, far) if largest(middle, coils, True) > tesla else (near, middle)
+    return far
+
+
 def largest(distance, coils, together):
     """Largest magnetic flux density, tesla, at a distance from the centre. coils: (turns, radius, amperes) about x, y, z.
     together: sum of the coils' magnitudes (for the sum rule of several frequencies); otherwise the largest of one coil alone."""

@@ -116,11 +116,12 @@ def by_wheeler(coil):
 
 
 def loss_factor(coil, hz):
-    """Resistance at a frequency relative to direct current: proximity effect (Sullivan, IEEE Trans. Power Electronics 14, 1999, eq. 2)."""
+    """Resistance at a frequency relative to direct current: proximity effect (Sullivan, IEEE Trans. Power Electronics 14, 1999, eq. 2, k = 1):
+    strands in a field that rises linearly from 0 to N I / b over the depth of the winding; b: length of the window along the axis."""
     wire = coil.wire
     copper, window = 1e-3 * wire["copper"], 1e-3 * coil.window
     field = 2 * math.pi * hz * MU0 * coil.turns * wire["strands"]
-    return 1 + (math.pi * field)**2 * copper**6 / (192 * (1e-3 * COPPER_OHM_MM)**2 * window**2)
+    return 1 + (math.pi * field)**2 * copper**6 / (768 * (1e-3 * COPPER_OHM_MM)**2 * window**2)
 
 
 def own_capacitance(coil):

@@ -284,6 +284,7 @@ def exposure(**overrides):
             result[f"field.tdm_{cm}cm{kind}_ut"] = 1e6 / math.sqrt(2) * field.largest(cm / 100, each, False)
             result[f"field.fdm_{cm}cm{kind}_ut"] = 1e6 / math.sqrt(2) * field.largest(cm / 100, shared, True)
         low_ut = 1e6 / math.sqrt(2) * field.largest(0.1, low, True)
+        result[f"field.fdm_level{kind}_m"] = field.reached_m(27e-6 * math.sqrt(2), shared)
         # ICNIRP 2010, 1 kHz: 80 uT
         result[f"field.two_bands_10cm{kind}_share"] = HIGH_SHARE * result[f"field.fdm_10cm{kind}_ut"] / 27 + low_ut / 80
     return result

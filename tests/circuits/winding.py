@@ -10,6 +10,9 @@ PATH = os.path.join(CIRCUITS, "coils.toml")
 COPPER_OHM_MM = 1.724e-5     # resistivity at 20 degrees, ohm mm (IEC 60028)
 LEADS = 300.0                # start and finish of a winding together
 SOURCE, SENSOR = ("S1", "S2", "S3"), ("C1", "C2", "C3")
+COUNTS = ("strands", "per_layer", "turns")  # whole numbers
+WIRE_KEYS = ("strands", "copper", "lay", "outer_min", "outer_max")
+TRIAD_KEYS = {"source": ("wall", "flange", "rim", "clearance", "tilt_deg", "radius_tol"), "sensor": ("side", "groove", "outside", "clearance", "radius_tol")}
 COIL_KEYS = {"source": ("bore", "window", "per_layer", "turns"), "sensor": ("window", "per_layer", "turns")}
 
 
@@ -20,6 +23,13 @@ def _put(tree, path, value):
     if leaf not in tree:
         raise KeyError(f"coils.toml has no {'.'.join(path)}")
     tree[leaf] = value
+
+
+def _need(place, table, keys):
+    for key in keys:
+        value, kind = table.get(key) if isinstance(table, dict) else None, "a positive whole" if key in COUNTS else "a positive"
+        if isinstance(value, bool) or not isinstance(value, int if key in COUNTS else (int, float)) or not 0 < value < math.inf:
+            raise ValueError(f"coils.toml: [{place}] needs {kind} number '{key}'")
 
 
 def read(**overrides):
@@ -34,15 +44,19 @@ def read(**overrides):
         path = {**{n: ("source", "coils") for n in SOURCE}, **{n: ("sensor", "coils") for n in SENSOR},
                 **{n: ("wire",) for n in tree["wire"]}}.get(owner, ())
         _put(tree, (*path, owner, key), value)
+    wires = tree.get("wire", {})
+    for name, wire in wires.items():
+        _need(f"wire.{name}", wire, WIRE_KEYS)
+        if not wire["copper"] < wire["outer_min"] <= wire["outer_max"]:
+            raise ValueError(f"coils.toml: [wire.{name}] needs copper < outer_min <= outer_max")
     for triad, names in (("source", SOURCE), ("sensor", SENSOR)):
+        table = tree.get(triad, {})
+        _need(triad, table, TRIAD_KEYS[triad])
         for name in names:
-            for key in COIL_KEYS[triad]:
-                value = tree[triad]["coils"].get(name, {}).get(key)
-                if not isinstance(value, (int, float)) or value <= 0:
-                    raise ValueError(f"coils.toml: [{triad}.coils.{name}] needs a positive number '{key}'")
-        if tree[triad]["wire"] not in tree["wire"]:
-            raise ValueError(f"coils.toml: [{triad}] names the wire '{tree[triad]['wire']}', but there is no [wire.{tree[triad]['wire']}]; "
-                             f"use one of: {', '.join(tree['wire'])}")
+            _need(f"{triad}.coils.{name}", table.get("coils", {}).get(name), COIL_KEYS[triad])
+        if table.get("wire") not in wires:
+            raise ValueError(f"coils.toml: [{triad}] names the wire '{table.get('wire')}', but there is no [wire.{table.get('wire')}]; "
+                             f"use one of: {', '.join(wires)}")
     return tree
 
 
@@ -150,13 +164,13 @@ class Ring(Coil):
 
 
 @functools.cache
-def _cube_outlines(side, window, rises):
-    """Outlines of the three windings of a cube. A winding that crosses over another one of height `rise` and width `window` on two
+def _cube_outlines(side, windows, rises):
+    """Outlines of the three windings of a cube. A winding that crosses over another one of height rises[k] and width windows[k] on two
     opposite sides leads from the corners of the cube over the edges of the lower winding."""
-    a, b = side / 2, window / 2
+    a, (b, c) = side / 2, (window / 2 for window in windows)
     corners = [(x, y) for x in (-a, a) for y in (-a, a)]
     over_y = [(x, y * (a + rises[0])) for x in (-b, b) for y in (-1, 1)]
-    over_x = [(x * (a + rises[1]), y) for x in (-1, 1) for y in (-b, b)]
+    over_x = [(x * (a + rises[1]), y) for x in (-1, 1) for y in (-c, c)]
     return Outline(hull(corners)), Outline(hull(corners + over_y)), Outline(hull(corners + over_y + over_x))
 
 
@@ -170,7 +184,7 @@ class Triads:
         wire, self.sensor = wires[sensor["wire"]], []
         for k, name in enumerate(SENSOR):
             rises = tuple(len(coil.layers) * coil.pitch for coil in self.sensor) + (0.0, 0.0)
-            outline = _cube_outlines(sensor["side"], sensor["coils"]["C1"]["window"], rises[:2])[k]
+            outline = _cube_outlines(sensor["side"], tuple(sensor["coils"][lower]["window"] for lower in SENSOR[:2]), rises[:2])[k]
             self.sensor.append(Coil(name, sensor["coils"][name], wire, outline, 0.0))
         self.coils = self.source + self.sensor
 

@@ -45,6 +45,14 @@ async function arrange(page, wait, check, pictures) {
   await page.click('#plot_set');
   const arranged = await layout(page);
   check(arranged.length === 9 && arranged[8] === 'attitude, quaternion: a0 qw', 'a plot can be added');
+  await page.click('#new_plot');
+  await mark(page, ['x', 'y', 'z', 'a0', 'a1', 'a2', 'speed', 'snr']);
+  await page.click('#plot_split');
+  const why = await page.textContent('#plot_why');
+  await mark(page, []);
+  await page.click('#plot_set');
+  check((await layout(page)).length === 9 && why.includes('12'), 'more plots than fit, and a plot of nothing, are refused: ' + why);
+  await page.click('#plot_dialog [data-cancel]');
   await save(page, pictures, 'layout-own');
   await page.reload();
   await wait(() => window.tricoil?.plots);
@@ -136,6 +144,9 @@ async function link(browser, server, page, wait, check) {
       await other.evaluate(t => Math.abs(window.tricoil.playback.t - t) < 1e-3 && !window.tricoil.playback.playing, at),
       'another page opens the same recording at the same moment, and its token is kept out of the address');
   check(!other.url().includes('token') && /recording=take\+one/.test(other.url()), `its address: ${other.url().split('/').at(-1)}`);
+  await other.evaluate(() => location.assign('#recording=take+one&t=0.500'));
+  await other.waitForFunction(() => Math.abs(window.tricoil.playback.t - window.tricoil.playback.from - 0.5) < 1e-3);
+  check(true, 'a link to another moment of the recording that is open leads there');
   await other.goto(url.replace(/#.*/, '#recording=none&t=x'));
   await other.reload();
   await other.waitForFunction(() => /no recording/.test(document.querySelector('#answer').textContent));

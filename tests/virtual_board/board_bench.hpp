@@ -90,8 +90,9 @@ public:
         }
     }
 
-    /// A person presses the button B1: permits one loader or calibration command.
+    /// A person presses the button B1: permits one loader or calibration command. The board must have seen it open before.
     void press_button() {
+        run(0.05);
         board->press_button(true);
         run(0.1);
         board->press_button(false);

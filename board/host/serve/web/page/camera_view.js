@@ -99,12 +99,12 @@ export class CameraView {
     this.moved();
   }
 
-  /// Fits again if one of `now` left the free part of the picture. recent: points of the last seconds.
+  /// Fits again if one of `now` left the free part of the picture. recent(): points of the last seconds.
   follow(now, recent) {
     if (!this.following || this.goal) return;
     const free = this.freeArea();
     const {low, high} = this.#bounds(now.flatMap(p => around(p, kSensor_m)));
-    if (low[0] < free.left || high[0] > free.right || low[1] < free.top || high[1] > free.bottom) this.fit([...now, ...recent], true);
+    if (low[0] < free.left || high[0] > free.right || low[1] < free.top || high[1] > free.bottom) this.fit([...now, ...recent()], true);
   }
 
   /// Moves towards the goal. dt: seconds since the last picture.

@@ -169,7 +169,7 @@ function follow() {
   if (!isFitted)
     page.scene.view.fit([...now, ...metalPlaces()]);
   else
-    page.scene.view.follow(now, [...recentPositions(), ...metalPlaces()]);
+    page.scene.view.follow(now, () => [...recentPositions(), ...metalPlaces()]);
   isFitted = true;
 }
 
@@ -508,5 +508,5 @@ setInterval(() => {
   if (!isLive()) showChosen();
 }, kRefreshMs);
 page.plots = plots;
-addEventListener('hashchange', () => playback.openLink());
+addEventListener('hashchange', () => playback.openLink(true));
 connect(message => work.time(() => receive(message)), link, page.stream);

@@ -138,11 +138,14 @@ export class Playback {
     this.#link();
   }
 
-  /// Opens what the address names, once the page is connected.
-  openLink() {
+  /// Opens what the address names, once the page is connected. isNew: the address has changed.
+  openLink(isNew = false) {
     const moment = linked();
-    if (!moment || !isReady() || page.playback?.name === moment.name) return;
-    this.open(moment.name, moment.t);
+    if (!moment || !isReady()) return;
+    if (page.playback?.name !== moment.name)
+      this.open(moment.name, moment.t);
+    else if (isNew)
+      this.seek(page.playback.from + moment.t);
   }
 
   async copyLink() {

@@ -57,7 +57,7 @@ export class Player {
     }
     const all = [...this.sensors.values()];
     this.from = Math.min(...all.map(sensor => sensor.poses[0].t));
-    this.to = Math.max(...all.map(sensor => sensor.poses.at(-1).t));
+    this.to = this.ownEnd = Math.max(...all.map(sensor => sensor.poses.at(-1).t));
     this.speed = 1;
     this.playing = true;
     this.seek(this.from);
@@ -73,7 +73,7 @@ export class Player {
       this.sensors.set(sensor.number, sensor);
     }
     this.beside = name;
-    this.to = Math.max(this.to, other.to + by);
+    this.to = Math.max(this.ownEnd, other.to + by);
     this.seek(this.t);
   }
 

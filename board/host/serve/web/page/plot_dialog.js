@@ -1,6 +1,6 @@
 // Dialog in which the user chooses the signals of a plot.
 import {signals} from './chart_list.js';
-import {kDefaultPlots, kMostPlots, set, settings} from './settings.js';
+import {isLayout, kDefaultPlots, kMostPlots, set, settings} from './settings.js';
 import {make} from './tools.js';
 
 const element = id => document.getElementById(id);
@@ -10,6 +10,8 @@ export class PlotDialog {
   constructor(changed) {
     this.dialog = element('plot_dialog');
     const act = (id, plots) => element(id).addEventListener('click', () => {
+      element('plot_why').textContent = isLayout(plots()) ? '' : `Choose a signal; the page has room for ${kMostPlots} plots.`;
+      if (!isLayout(plots())) return;
       this.dialog.close();
       set('plots', plots());
       changed();
@@ -32,6 +34,7 @@ export class PlotDialog {
     element('plot_deviation').checked = plot.deviation;
     element('plot_remove').disabled = settings.plots.length < 2 || index === undefined;
     element('plot_set').disabled = element('plot_split').disabled = settings.plots.length >= kMostPlots && index === undefined;
+    element('plot_why').textContent = '';
     this.dialog.showModal();
   }
 

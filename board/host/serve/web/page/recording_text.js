@@ -79,12 +79,13 @@ function compact(value, has) {
 const kTruth = ['true_x_m', 'true_y_m', 'true_z_m', 'true_qw', 'true_qx', 'true_qy', 'true_qz'];
 const kSame_m = 1e-6;
 
-/// True pose of a simulation; null if it is incomplete, or of another frame: then the error is not the distance of the two positions.
+/// True pose of a simulation; null if it is incomplete, or may be of another frame: the stated error is not the distance of
+/// the two positions.
 function truthOf(value, has) {
   if (!kTruth.every(has)) return null;
   const truth = kTruth.map(value);
   const apart_m = Math.hypot(...['x', 'y', 'z'].map((name, k) => value(name) - truth[k]));
-  return has('error_position_m') && Math.abs(apart_m - value('error_position_m')) > kSame_m + 1e-3 * apart_m ? null : truth;
+  return has('error_position_m') && Math.abs(apart_m - value('error_position_m')) <= kSame_m + 1e-3 * apart_m ? truth : null;
 }
 
 /// Names of the flags are needed to read their bits; they come from the server.

@@ -37,7 +37,7 @@ function stored() {
   }
 }
 
-const isLayout = plots => Array.isArray(plots) && plots.length > 0 && plots.length <= kMostPlots &&
+export const isLayout = plots => Array.isArray(plots) && plots.length > 0 && plots.length <= kMostPlots &&
     plots.every(
         plot => Array.isArray(plot?.signals) && plot.signals.length > 0 && plot.signals.every(name => kSignals.has(name)) &&
             typeof plot.deviation === 'boolean');
