@@ -11,6 +11,7 @@ COPPER_OHM_MM = 1.724e-5     # resistivity at 20 degrees, ohm mm (IEC 60028)
 LEADS = 300.0                # start and finish of a winding together
 SOURCE, SENSOR = ("S1", "S2", "S3"), ("C1", "C2", "C3")
 COUNTS = ("strands", "per_layer", "turns")  # whole numbers
+MAY_BE_ZERO = ("wall", "flange", "rim", "clearance", "tilt_deg", "radius_tol")
 WIRE_KEYS = ("strands", "copper", "lay", "outer_min", "outer_max")
 TRIAD_KEYS = {"source": ("wall", "flange", "rim", "clearance", "tilt_deg", "radius_tol"), "sensor": ("side", "groove", "outside", "clearance", "radius_tol")}
 COIL_KEYS = {"source": ("bore", "window", "per_layer", "turns"), "sensor": ("window", "per_layer", "turns")}
@@ -27,9 +28,11 @@ def _put(tree, path, value):
 
 def _need(place, table, keys):
     for key in keys:
-        value, kind = table.get(key) if isinstance(table, dict) else None, "a positive whole" if key in COUNTS else "a positive"
-        if isinstance(value, bool) or not isinstance(value, int if key in COUNTS else (int, float)) or not 0 < value < math.inf:
-            raise ValueError(f"coils.toml: [{place}] needs {kind} number '{key}'")
+        value = table.get(key) if isinstance(table, dict) else None
+        kind = "a positive whole number" if key in COUNTS else "a number of 0 or more" if key in MAY_BE_ZERO else "a positive number"
+        is_number = isinstance(value, int if key in COUNTS else (int, float)) and not isinstance(value, bool)
+        if not is_number or not 0 <= value < math.inf or (value == 0 and key not in MAY_BE_ZERO):
+            raise ValueError(f"coils.toml: [{place}] needs {kind} '{key}'")
 
 
 def read(**overrides):
