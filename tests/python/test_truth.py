@@ -128,7 +128,10 @@ class Fusion(Folder):
         return hidden, n, keep, result
 
     def compare(self, case, gap_s, motion=None):
-        """How many times larger the errors of a spline are, in position and rotation; NEES of the hidden poses."""
+        """How many times larger the errors of a spline are, in position and rotation; NEES per degree of freedom of the path where poses are hidden.
+
+        motion: the truth; None: the hidden poses are.
+        """
         time_s, position, q, *_ = case
         hidden, n, keep, result = self.fused(case, gap_s)
         at, turn = (position[hidden], cases.turns(q[hidden])) if motion is None else motion(time_s[hidden])
@@ -136,10 +139,10 @@ class Fusion(Folder):
         by_spline, turned = cases.spline(time_s[keep], position[keep], q[keep], time_s[hidden])
         other = np.hstack((by_spline - at, (turned * turn.inv()).as_rotvec()))
         parts = slice(0, 3), slice(3, 6)
-        of_hidden = cases.errors((result.poses.position_m[n], result.poses.quaternion_wxyz[n]), position[hidden], cases.turns(q[hidden]))
-        first = result.streams[0]
-        white = np.diag([first["noise_m"] ** 2] * 3 + [first["noise_rad"] ** 2] * 3)
-        return [cases.rms(other[:, part]) / cases.rms(error[:, part]) for part in parts], cases.nees(of_hidden, result.covariance[n] + white), result
+        covariance, first = result.covariance[n], result.streams[0]
+        if motion is None:  # the hidden poses have their own noise
+            covariance = covariance + np.diag([first["noise_m"] ** 2] * 3 + [first["noise_rad"] ** 2] * 3)
+        return [cases.rms(other[:, part]) / cases.rms(error[:, part]) for part in parts], cases.nees(error, covariance), result
 
     def test_generated_motion(self):
         case, motion = cases.generated()

@@ -18,14 +18,14 @@ POSITION, VELOCITY, TURN, ACC_BIAS, GYRO_BIAS = (slice(n, n + 3) for n in range(
 SMOOTH, SMOOTH_RATE = slice(15, 21), slice(21, 27)
 STATES = 27
 PARTNER = np.concatenate([np.arange(3, 6), np.arange(3), np.arange(6, 15), np.arange(21, 27), np.arange(15, 21)])  # derivative or integral
-# Constants: gravity (optical frame), origin of the body in the sensor's frame, small rotation of the body in it, clock offset.
-GRAVITY, LEVER, MOUNT, OFFSET = slice(0, 3), slice(3, 6), slice(6, 9), 9
-CONSTANTS = 10
-SMOOTH_PER_S = 200.0  # sqrt(3) / length of the Matern 3/2 process of the smooth error
+# Constants: gravity (optical frame), origin of the body in the sensor's frame, small rotation of the body in it, clock offset, and scales and angles
+# between the axes of accelerometer and gyroscope: rows of the matrices that correct their values, less 1.
+GRAVITY, LEVER, MOUNT, OFFSET, ACC_AXES, GYRO_AXES = slice(0, 3), slice(3, 6), slice(6, 9), 9, slice(10, 19), slice(19, 28)
+CONSTANTS = 28
 BIAS_M_S2, BIAS_RAD_S = 0.3, 0.1  # standard deviations before any measurement
 RATE_RAD_S = 100.0
 EARTH_M_S2, EARTH_DEVIATION_M_S2 = 9.806, 0.03  # from the equator to the poles 9.780 to 9.832, and the scale of an accelerometer
-PRIOR = np.array([1.0] * 3 + [1.0] * 3 + [1.0] * 3 + [0.1])
+PRIOR = np.array([1.0] * 9 + [0.1] + [0.01] * 18)
 STILL = 1e-9  # standard deviation of a constant that is not estimated
 STILL_RATE = 1e-3  # of a state that is not: large enough for the condition of the matrix, small beside what is measured
 
@@ -40,7 +40,10 @@ def cross_turn(turn, vector):
 
 @dataclasses.dataclass
 class Noise:
-    """Spectral densities and variances; `optical` and `smooth`: position (m^2), rotation (rad^2)."""
+    """Spectral densities and variances; `optical` and `smooth`: position (m^2), rotation (rad^2).
+
+    `smooth_per_s`: sqrt(3) / length of the Matern 3/2 process of the smooth error, position and rotation.
+    """
 
     acceleration: float  # m^2/s^3
     rate: float  # rad^2/s
@@ -48,6 +51,7 @@ class Noise:
     gyro_walk: float  # rad^2/s^3
     optical: np.ndarray
     smooth: np.ndarray
+    smooth_per_s: np.ndarray
 
 
 class Integral:
@@ -96,24 +100,27 @@ class State:
     lever: np.ndarray
     mount: Rotation
     offset_s: float
+    acc_axes: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
+    gyro_axes: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
 
     def moved(self, x, c):
-        """The state after a step of the states (N, 27) and the constants (10,)."""
+        """The state after a step of the states (N, 27) and the constants (28,)."""
         return State(self.p + x[:, POSITION], self.v + x[:, VELOCITY], Rotation.from_rotvec(x[:, TURN]) * self.turn, self.acc_bias + x[:, ACC_BIAS],
                      self.gyro_bias + x[:, GYRO_BIAS], self.smooth + x[:, SMOOTH], self.smooth_rate + x[:, SMOOTH_RATE], self.gravity + c[GRAVITY],
-                     self.lever + c[LEVER], Rotation.from_rotvec(c[MOUNT]) * self.mount, self.offset_s + c[OFFSET])
-
+                     self.lever + c[LEVER], Rotation.from_rotvec(c[MOUNT]) * self.mount, self.offset_s + c[OFFSET],
+                     self.acc_axes + c[ACC_AXES].reshape(3, 3), self.gyro_axes + c[GYRO_AXES].reshape(3, 3))
 
     def constants_from(self, other):
-        """Difference of the constants, (10,)."""
-        return np.concatenate((self.gravity - other.gravity, self.lever - other.lever, (self.mount * other.mount.inv()).as_rotvec(), [self.offset_s - other.offset_s]))
+        """Difference of the constants, (28,)."""
+        return np.concatenate((self.gravity - other.gravity, self.lever - other.lever, (self.mount * other.mount.inv()).as_rotvec(),
+                               [self.offset_s - other.offset_s], (self.acc_axes - other.acc_axes).ravel(), (self.gyro_axes - other.gyro_axes).ravel()))
 
 
 class Fusion:
     """One path through measurements at nodes.
 
     time_s: (N,) of the nodes, optical clock. acc, gyro: Integral over the sensor's clock, or None without that sensor: then the velocity or the
-    angular rate has a white derivative. constants: their standard deviations before these measurements, (10,).
+    angular rate has a white derivative. constants: their standard deviations before these measurements, (28,).
     """
 
     def __init__(self, time_s, acc, gyro, measurements, noise, constants):
@@ -126,7 +133,7 @@ class Fusion:
         for part, deviation in deviations:
             self.start[part] = deviation
         self.start[SMOOTH] = np.repeat(np.sqrt(noise.smooth), 3)
-        self.start[SMOOTH_RATE] = SMOOTH_PER_S * self.start[SMOOTH]
+        self.start[SMOOTH_RATE] = np.repeat(noise.smooth_per_s, 3) * self.start[SMOOTH]
         self.prior = np.asarray(constants)
         self.expected = None  # constants before these measurements: those of the first step
         self.blocks = None
@@ -154,19 +161,20 @@ class Fusion:
 
     def rate(self, s):
         """Angular rate at the nodes, sensor's frame."""
-        between = self.means(s.offset_s)[1] - s.gyro_bias[:-1]
+        between = self.means(s.offset_s)[1] @ (np.eye(3) + s.gyro_axes).T - s.gyro_bias[:-1]
         return np.vstack((between[:1], (between[1:] + between[:-1]) / 2, between[-1:]))
 
     def motion(self, s):
         """Residuals of the motion model between the nodes, and their derivatives by the first node and the constants; by the second one: 1."""
         n, dt = len(self.dt), self.dt[:, None]
-        force, rate = self.means(s.offset_s)
-        rate = rate - s.gyro_bias[:-1]
+        measured_force, measured_rate = self.means(s.offset_s)
+        force, rate = measured_force @ (np.eye(3) + s.acc_axes).T, measured_rate @ (np.eye(3) + s.gyro_axes).T - s.gyro_bias[:-1]
         middle = s.turn[:-1] * Rotation.from_rotvec(rate * dt / 2)
         pull = middle.apply(force - s.acc_bias[:-1])
         a = pull + s.gravity
-        kept = np.exp(-SMOOTH_PER_S * dt)
-        smooth = ((1 + SMOOTH_PER_S * dt) * kept, dt * kept), (-SMOOTH_PER_S**2 * dt * kept, (1 - SMOOTH_PER_S * dt) * kept)
+        per_s = np.repeat(self.noise.smooth_per_s, 3)
+        kept = np.exp(-per_s * dt)
+        smooth = ((1 + per_s * dt) * kept, dt * kept), (-(per_s**2) * dt * kept, (1 - per_s * dt) * kept)
         r, first, constant = np.zeros((n, STATES)), np.zeros((n, STATES, STATES)), np.zeros((n, STATES, CONSTANTS))
         r[:, POSITION] = s.p[1:] - s.p[:-1] - s.v[:-1] * dt - a * dt**2 / 2
         r[:, VELOCITY] = s.v[1:] - s.v[:-1] - a * dt
@@ -175,13 +183,15 @@ class Fusion:
         for part, (a_e, a_v) in zip((SMOOTH, SMOOTH_RATE), smooth):
             value = s.smooth if part is SMOOTH else s.smooth_rate
             r[:, part] = value[1:] - a_e * s.smooth[:-1] - a_v * s.smooth_rate[:-1]
-            first[:, part, SMOOTH], first[:, part, SMOOTH_RATE] = -a_e[:, :, None] * np.eye(6), -a_v[:, :, None] * np.eye(6)
+            first[:, part, SMOOTH], first[:, part, SMOOTH_RATE] = -a_e[:, None, :] * np.eye(6), -a_v[:, None, :] * np.eye(6)
         first[:, :15, :15] = -np.eye(15)
         h, one, sensor = dt[:, :, None], np.eye(3), middle.as_matrix()
+        by_acc, by_gyro = (np.einsum("nij,nk->nijk", sensor, value).reshape(n, 3, 9) for value in (measured_force, measured_rate))
         first[:, POSITION, VELOCITY] = -h * one
         for part, factor in ((POSITION, h**2 / 2), (VELOCITY, h)):
             first[:, part, TURN], first[:, part, ACC_BIAS], constant[:, part, GRAVITY] = factor * crosses(pull), factor * sensor, -factor * one
-        first[:, TURN, GYRO_BIAS] = h * sensor
+            constant[:, part, ACC_AXES] = -factor * by_acc
+        first[:, TURN, GYRO_BIAS], constant[:, TURN, GYRO_AXES] = h * sensor, -h * by_gyro
         return r, first, constant
 
     def information(self):
@@ -196,13 +206,12 @@ class Fusion:
 
         pair(POSITION, VELOCITY, *(q.acceleration * moment for moment in (dt**3 / 3, dt**2 / 2, dt)))
         # Of the stationary covariance diag(1, l^2): P - F P F^T. A series where it cancels.
-        x = SMOOTH_PER_S * dt
-        kept = np.exp(-2 * x)
-        position = np.where(x < 0.02, 4 / 3 * x**3 - 2 * x**4, 1 - kept * ((1 + x) ** 2 + x**2))
-        for k in range(2):
+        for k, per_s in enumerate(q.smooth_per_s):
+            x = per_s * dt
+            kept = np.exp(-2 * x)
+            position = np.where(x < 0.02, 4 / 3 * x**3 - 2 * x**4, 1 - kept * ((1 + x) ** 2 + x**2))
             rows, rates = (slice(part.start + 3 * k, part.start + 3 * k + 3) for part in (SMOOTH, SMOOTH_RATE))
-            pair(rows, rates, *(q.smooth[k] * moment for moment in (
-                position, SMOOTH_PER_S * 2 * x**2 * kept, SMOOTH_PER_S**2 * (1 - kept * ((1 - x) ** 2 + x**2)))))
+            pair(rows, rates, *(q.smooth[k] * moment for moment in (position, per_s * 2 * x**2 * kept, per_s**2 * (1 - kept * ((1 - x) ** 2 + x**2)))))
         for part, density in ((TURN, q.rate), (ACC_BIAS, q.acc_walk if self.acc else STILL_RATE**2), (GYRO_BIAS, q.gyro_walk)):
             own[:, part] = 1 / (density * dt)[:, None]
         return own, with_partner

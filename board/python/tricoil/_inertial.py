@@ -111,7 +111,8 @@ def clock_offset(inertial, time_s, turn, given_s):
     if given_s is not None:
         allowed &= np.abs(offsets - given_s) < 0.25
     if not allowed.any():
-        raise PoseError(f"{inertial.name}: does not overlap the poses: they end at {time_s[-1]:.3f} s, it begins at {inertial.time_s[0]:.3f} s, or the reverse")
+        raise PoseError(f"{inertial.name}: does not overlap the poses by 1 s: it is from {inertial.time_s[0]:.3f} to {inertial.time_s[-1]:.3f} s, they are from "
+                        f"{time_s[0]:.3f} to {time_s[-1]:.3f} s")
     best = int(np.argmax(np.where(allowed, r, -2)))
     return float(peak(offsets, r, best)), float(r[best])
 

@@ -8,7 +8,7 @@ from scipy.linalg import LinAlgError
 from scipy.spatial.transform import Rotation, Slerp
 
 from . import _fusion, _fusion_noise, _inertial, _match
-from ._fusion import CONSTANTS, LEVER, MOUNT, OFFSET, PRIOR, STILL, Fusion, Integral, Measurement
+from ._fusion import ACC_AXES, CONSTANTS, GRAVITY, GYRO_AXES, LEVER, MOUNT, OFFSET, PRIOR, STILL, Fusion, Integral, Measurement
 from ._poses import Poses, PoseError
 
 FEWEST = 20
@@ -132,7 +132,9 @@ class Fuser:
         if self.known_lever_m is not None or self.acc is None:
             self.deviations[LEVER] = STILL
         if self.acc is None:
-            self.deviations[:3] = STILL
+            self.deviations[GRAVITY] = self.deviations[ACC_AXES] = STILL
+        if self.gyro is None:
+            self.deviations[GYRO_AXES] = STILL
 
     def nodes(self, begin, end):
         inside = [one.time_s[(one.time_s >= begin) & (one.time_s <= end)] for one in self.streams]
@@ -169,7 +171,7 @@ class Fuser:
         begin = self.busiest()
         nodes_s = nodes_of(self.first.time_s[(self.first.time_s >= begin) & (self.first.time_s <= begin + _fusion_noise.LONGEST_S)], self.step_s)
         m = self.measurement(nodes_s, 0)
-        start = _fusion_noise.first_noise(self.acc is not None, self.gyro is not None, self.turn is not None)
+        start = _fusion_noise.first_noise(self.acc, self.gyro, self.turn is not None)
         self.noise, fusion, self.constants = _fusion_noise.learned(
             lambda shown, noise: Fusion(nodes_s, self.acc, self.gyro, [shown], noise or start, self.deviations), self.first_state(nodes_s), m, nodes_s[m.node])
         self.mount, self.offset_s = self.constants.mount, self.constants.offset_s
@@ -179,15 +181,15 @@ class Fuser:
         self.factors = [np.ones(2)]
         for poses in self.streams[1:]:
             turn = turn_of(poses)
-            white = [_fusion_noise.white_variance(poses.position_m), own[1] if turn is None else
-                     _fusion_noise.white_variance(2 * _fusion_noise.continuous(turn.as_quat()))]
+            white = [_fusion_noise.white_variance(poses.position_m), own[1] if turn is None else _fusion_noise.white_turn_variance(turn)]
             self.factors.append(np.maximum(white, _fusion_noise.LEAST) / own)
 
     def piece(self, nodes_s):
         """Fusion and state of some nodes."""
         measurements = [self.measurement(nodes_s, n, factor) for n, factor in enumerate(self.factors)]
         fusion = Fusion(nodes_s, self.acc, self.gyro, [m for m in measurements if len(m.node)], self.noise, self.deviations)
-        s = dataclasses.replace(self.first_state(nodes_s), gravity=self.constants.gravity, lever=self.constants.lever)
+        c = self.constants
+        s = dataclasses.replace(self.first_state(nodes_s), gravity=c.gravity, lever=c.lever, acc_axes=c.acc_axes, gyro_axes=c.gyro_axes)
         return fusion, fusion.fit(s)
 
     def path(self):

@@ -150,8 +150,9 @@ def truth(files, *, imu=None, joints=None, chain=None, link: str | None = None, 
     theta_rad, convention (standard, modified). lever_m, mount_wxyz: place (m) and attitude of the inertial sensor in the body (v_body = q v_sensor);
     None: estimated. same_clock: its clock is that of the poses; otherwise the offset is estimated.
 
-    Biases are constant but for a random walk. The noise is such that poses which are hidden from the fusion have the errors that their covariance
-    says. Raises ValueError with the reason if the streams do not fit, OSError if a file cannot be read. See Truth for the result.
+    Biases are constant but for a random walk; scales and axes of the sensor are estimated, within some percent. The noise is such that poses which
+    are hidden from the fusion have the errors that their covariance says. Raises ValueError with the reason if the streams do not fit, OSError if a
+    file cannot be read. See Truth for the result.
     """
     from ._command import own_names
 
