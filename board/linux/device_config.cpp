@@ -145,8 +145,8 @@ DeviceConfig parse_device_config(const std::string& name, std::string_view text)
 
 DeviceConfig load_device_config(const std::string& path) {
     DeviceConfig config = parse_device_config(path, host::read_text(path, host::kLongestToml));
-    if (!config.calibration.empty()) {
-        config.calibration = (std::filesystem::path(path).parent_path() / config.calibration).string();
+    for (std::string* const file : {&config.calibration, &config.wiring}) {
+        *file = file->empty() ? "" : (std::filesystem::path(path).parent_path() / *file).string();
     }
     return config;
 }

@@ -187,8 +187,9 @@ int DeviceLoop::take_edges() {
 }
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {
-    MeasuredColumn<double> column = params_.wiring.of_coils(session_.column());
-    column = params_.calibration ? corrected(column, params_.calibration->converters) : column;
+    const MeasuredColumn<double>& sent = session_.column();  // of channels, as the errors of the converters are
+    const MeasuredColumn<double> column =
+        params_.wiring.of_coils(params_.calibration ? corrected(sent, params_.calibration->converters) : sent);
     column_time_ = drivers::host_now();
     beat();
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {

@@ -348,6 +348,7 @@ nlohmann::ordered_json describe_source(const DeviceConfig& config) {
             {"host_drives_coils", config.coils.has_value()},
             {"lines", lines},
             {"calibration_file", config.calibration},
+            {"wiring_file", config.wiring},
             {"publish", config.publish},
             {"priority", config.priority}};
 }

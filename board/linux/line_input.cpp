@@ -145,15 +145,17 @@ std::optional<std::string> LineInput::take_line() {
         is_cut_ = end == std::string::npos;
         end = text_.find('\n');
     }
-    if (end == std::string::npos && text_.size() < kLongestLine) {
+    if (end == std::string::npos && text_.size() <= kLongestLine + 1) {  // its end may still come, after a carriage return
         return std::nullopt;
     }
     is_cut_ = end == std::string::npos;
-    std::string line = text_.substr(0, std::min(end, kLongestLine));
-    text_.erase(0, end == std::string::npos ? kLongestLine : end + 1);
-    if (!line.empty() && line.back() == '\r') {
+    std::string line = text_.substr(0, end);
+    text_.erase(0, is_cut_ ? end : end + 1);
+    if (!is_cut_ && line.ends_with('\r')) {
         line.pop_back();
     }
+    was_cut_ = line.size() > kLongestLine;
+    line.resize(std::min(line.size(), kLongestLine));
     ++line_;
     return line;
 }

@@ -26,6 +26,7 @@ public:
     /// The next line, without its line end. Nullopt if none came in `patience`, or at the end.
     std::optional<std::string> next(Microseconds patience);
 
+    [[nodiscard]] bool was_cut() const { return was_cut_; }  // the last line was longer than kLongestLine
     /// Number of the last line of this sender, from 1.
     [[nodiscard]] std::size_t line() const { return line_; }
     /// Counts the senders of a port, one after the other.
@@ -57,6 +58,7 @@ private:
     std::vector<char> received_ = std::vector<char>(kLongestLine);  // by one read; no datagram is longer
     std::string text_;                                              // not yet taken
     bool is_cut_ = false;                                           // the last line; its rest follows
+    bool was_cut_ = false;
     std::size_t line_ = 0;
     int sender_ = 0;
 };

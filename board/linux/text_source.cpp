@@ -9,6 +9,7 @@
 #include "board/pose_text/flag_names.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
+#include "board/support/table.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
@@ -64,7 +65,9 @@ bool TextSource::advance(Microseconds patience) {
     for (int n = 0; line && n < most; ++n) {
         ++counters_.lines;
         try {
-            take(*line);
+            if (const auto frame = parse(*line)) {
+                take_frame(*frame);
+            }
         } catch (const host::InputError& error) {
             ++counters_.refused_lines;
             if (!is_live()) {
@@ -86,8 +89,7 @@ void TextSource::discard() {
     auto line = lines_.next(Microseconds{0});
     for (int n = 0; line && n < kMostLines; ++n) {
         try {
-            follow_sender();
-            (void)rows_.parse(*line);
+            (void)parse(*line);
         } catch (const host::InputError&) {  // not tracked anyway
         }
         line = lines_.next(Microseconds{0});
@@ -120,6 +122,7 @@ void TextSource::follow_sender() {
     if (std::exchange(sender_, lines_.sender()) == lines_.sender()) {
         return;
     }
+    is_of_coils_ = false;
     rows_.restart();
     if (lines_.has_clients()) {  // another device, with a clock and a rate of its own
         first_frames_.clear();
@@ -127,12 +130,12 @@ void TextSource::follow_sender() {
     }
 }
 
-void TextSource::take(std::string_view line) {
+std::optional<TextFrame> TextSource::parse(std::string_view line) {
     follow_sender();
-    host::refuse_if(line.size() == LineInput::kLongestLine, "the line is longer than {} KiB", LineInput::kLongestLine >> 10U);
-    if (const auto frame = rows_.parse(line)) {
-        take_frame(*frame);
-    }
+    host::refuse_if(lines_.was_cut(), "the line is longer than {} KiB", LineInput::kLongestLine >> 10U);
+    is_of_coils_ = is_of_coils_ || line.starts_with(host::kOfCoilsComment);
+    host::refuse_if(is_of_coils_ && params_.session.has_wiring, "the wiring is corrected already; leave out --wiring");
+    return rows_.parse(line);
 }
 
 void TextSource::take_frame(const TextFrame& frame) {

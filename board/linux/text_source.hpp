@@ -84,7 +84,7 @@ private:
         std::optional<Vec3<double>> wanted_hemisphere;  // set before the first line
     };
 
-    void take(std::string_view line);
+    std::optional<TextFrame> parse(std::string_view line);
     void take_frame(const TextFrame& frame);
     void follow_sender();
     void discard();
@@ -108,6 +108,7 @@ private:
     bool has_begun_ = false;
     bool discards_ = false;
     bool is_silent_ = false;
+    bool is_of_coils_ = false;  // the wiring of this sender's columns is corrected already
     TextTiming timing_;
     Microseconds silence_;  // longest time without a column before poses are flagged stale
     std::array<Stream, tracking::kMaxSensors> streams_;

@@ -11,6 +11,7 @@
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/table.hpp"
 #ifdef TRICOIL_WITH_MAT
 #include "board/pose_text/mat/mat_poses.hpp"
 #endif
@@ -89,6 +90,10 @@ Form rests_form(const Put& put, const Recording& recording) {
         throw InputError(recording.folder() + (settings
                                                    ? ": recorded with a calibration; --to rests needs a recording without one"
                                                    : ": has no couplings, because the device computed the poses"));
+    }
+    const nlohmann::json::json_pointer wiring("/source/wiring_file");
+    if (const auto& known = recording.description(); known.contains(wiring) && known.at(wiring) != "") {
+        put(std::string(kOfCoilsComment) + "\n");
     }
     const auto rests = std::make_shared<RestFinder>(put, recording.folder());
     return {[rests, last = DeviceTime{}](const Pose& pose) mutable {

@@ -26,7 +26,8 @@ std::string path_of(const std::string& folder, const char* name) {
 }
 
 nlohmann::json read_description(const std::string& folder) {
-    refuse_if(!fs::is_directory(folder), "{}: is not a folder; give a folder written by --record", folder);
+    refuse_if(!fs::is_directory(folder), "{}: {}; give a folder written by --record", folder,
+              fs::exists(folder) ? "is not a folder" : "does not exist");
     const std::string path = path_of(folder, kDescriptionFile);
     refuse_if(!fs::exists(path), "{}: does not exist; is this a recording?", path);
     nlohmann::json description = nlohmann::json::parse(read_text(path, kLongestDescription), nullptr, false);

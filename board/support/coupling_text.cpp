@@ -43,8 +43,10 @@ Mat3<double> matrix_of(const Table& table, const std::array<std::size_t, kCoupli
     return matrix;
 }
 
-CouplingColumns::CouplingColumns(const Table& table)
+CouplingColumns::CouplingColumns(const Table& table, const ChannelWiring& wiring)
     : table_(table), x_(matrix_columns(table, table.has("m11") ? "m{}{}" : "x{}{}", kExpected)) {
+    refuse_if(wiring != ChannelWiring{} && table.is_of_coils(), "{}: its wiring is corrected already; leave out --wiring",
+              table.path());
     const auto has_any = [&](std::string_view form) {
         return std::ranges::any_of(std::array{11, 12, 13, 21, 22, 23, 31, 32, 33},
                                    [&](int entry) { return table.has(fmt::format(fmt::runtime(form), entry)); });
@@ -86,6 +88,9 @@ void CouplingFrame::rewire(const ChannelWiring& wiring) {
     }
     if (levels) {
         levels->share = wiring.of_coils(levels->share).cwiseAbs();
+        for (std::size_t c = 0; c < levels->channel.size(); ++c) {
+            levels->channel[static_cast<std::size_t>(wiring.sensor.coil[c])] = static_cast<Index>(c);
+        }
     }
 }
 

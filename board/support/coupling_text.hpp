@@ -31,6 +31,7 @@ std::string matrix_text(const Mat3<double>& matrix);
 struct SignalLevels {
     Mat3<double> share;  // (i, j): amplitude of source coil j in the converter of sensor channel i, of full scale; 0: unknown
     int gain_step = 0;
+    std::array<Index, kSensorCoils> channel{0, 1, 2};  // of each sensor coil: the errors of a converter are those of a channel
 
     /// False in FDM, if the gain changed during the rest, or if the board or the host has corrected the converters.
     [[nodiscard]] bool known() const { return share.minCoeff() > 0; }
@@ -54,8 +55,8 @@ Mat3<double> matrix_of(const Table& table, const std::array<std::size_t, kCoupli
 /// Couplings in a table: x11 to x33 (or m11 to m33) and, if their first is there, all quadratures and levels; in any order.
 class CouplingColumns {
 public:
-    /// Throws InputError for a missing or repeated column.
-    explicit CouplingColumns(const Table& table);
+    /// Throws InputError for a missing or repeated column, and for a wiring of couplings that are of coils already.
+    explicit CouplingColumns(const Table& table, const ChannelWiring& wiring = {});
 
     [[nodiscard]] static bool in(const Table& table) { return table.has("x11") || table.has("m11"); }
 

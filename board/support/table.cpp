@@ -22,6 +22,7 @@ bool Table::read_row() {
     while (lines_.next(line_)) {
         lines_.refuse_long();
         const std::size_t begin = line_.find_first_not_of(" \t\r");
+        is_of_coils_ = is_of_coils_ || line_.starts_with(kOfCoilsComment);
         if (begin == std::string::npos || line_[begin] == '#') {
             continue;
         }

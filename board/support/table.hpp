@@ -14,6 +14,9 @@
 
 namespace tricoil::host {
 
+/// Comment above couplings to which --wiring was applied.
+constexpr std::string_view kOfCoilsComment = "# wiring corrected";
+
 /// Cells are separated by semicolons, tabs, commas or blanks, which the first row determines; quotation marks and blanks around
 /// them do not count. Comments (lines that begin with #), blank lines and rows of empty cells are skipped. The file is read row
 /// by row. All functions throw InputError that names file and line.
@@ -32,6 +35,7 @@ public:
     [[nodiscard]] TextPlace place() const { return {lines_.path(), row_}; }
     [[nodiscard]] const std::string& path() const { return lines_.path(); }
 
+    [[nodiscard]] bool is_of_coils() const { return is_of_coils_; }  // a comment so far is kOfCoilsComment
     [[nodiscard]] bool has(std::string_view name) const { return find(name) < names_.size(); }
     /// Index of a column. `expected`: what the header must have, for the message about a missing or repeated name.
     [[nodiscard]] std::size_t column(std::string_view name, std::string_view expected) const;
@@ -58,6 +62,7 @@ private:
     std::size_t header_ = 0;  // line of the first row
     std::size_t row_ = 0;     // line of this row
     bool is_first_row_ = false;
+    bool is_of_coils_ = false;
 };
 
 }  // namespace tricoil::host

@@ -1,5 +1,8 @@
 #include "board/support/wiring_file.hpp"
 
+#include <algorithm>
+#include <cstdlib>
+
 #include "board/support/checked_table.hpp"
 #include "board/support/line_reader.hpp"
 
@@ -41,7 +44,7 @@ MeasuredColumn<double> ChannelWiring::of_coils(const MeasuredColumn<double>& cha
         column.in_phase(to) = sign * channels.in_phase(from);
         column.quadrature(to) = sign * channels.quadrature(from);
         column.sigma(to) = channels.sigma(from);
-        column.level[static_cast<std::size_t>(to)] = channels.level[c];
+        column.level[static_cast<std::size_t>(to)] = from == to ? channels.level[c] : 0;  // of another channel: unknown
     }
     return column;
 }

@@ -13,6 +13,7 @@ namespace tricoil::host {
 struct CoilOrder {
     std::array<int, 3> coil{0, 1, 2};
     std::array<int, 3> sign{1, 1, 1};
+    [[nodiscard]] bool operator==(const CoilOrder&) const = default;
     [[nodiscard]] Mat3<double> matrix() const;  // channels = matrix * coils
 };
 
@@ -20,6 +21,7 @@ struct CoilOrder {
 struct ChannelWiring {
     CoilOrder sensor;
     CoilOrder source;
+    [[nodiscard]] bool operator==(const ChannelWiring&) const = default;
     /// Couplings (sensor coil, source coil) of coils, from those of channels.
     [[nodiscard]] Mat3<double> of_coils(const Mat3<double>& channels) const {
         return sensor.matrix().transpose() * channels * source.matrix();

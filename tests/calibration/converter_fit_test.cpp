@@ -153,6 +153,35 @@ TEST(ConverterFit, RemovesTheErrorsOfDrawnConvertersAtOtherPoses) {
     EXPECT_LT(std::sqrt(after), 0.12);
 }
 
+/// Coils on other channels, as a wiring file says, are a turned sensor with the same converters.
+TEST(ConverterFit, ErrorsAreThoseOfTheChannels) {
+    DrawnBoard board(7);
+    std::vector<PoseFile> channels{poses_of(board, 100, 0.2, 0.8, 70)};
+    std::vector<PoseFile> coils = channels;
+    const ChannelWiring wiring{{{1, 2, 0}, {1, 1, 1}}, {}};
+    for (MeasuredPose& pose : coils[0].poses) {
+        pose.rewire(wiring);
+    }
+    signal::ConverterErrors first;
+    first.gain.fill({127, 0, 0});
+    std::vector<PoseFile> twice{corrected(channels[0], first), corrected(coils[0], first)};
+    for (std::size_t n = 0; n < channels[0].poses.size(); ++n) {
+        twice[0].poses[n].rewire(wiring);
+        ASSERT_LT((twice[0].poses[n].x - twice[1].poses[n].x).norm(), 1e-12);
+    }
+    const auto straight = fit_converters(channels, concentric());
+    const auto wired = fit_converters(coils, concentric());
+    EXPECT_NEAR(wired.gain_error, straight.gain_error, 1e-6);
+    for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+        for (std::size_t step = 0; step < signal::kMaxGainSteps; ++step) {
+            EXPECT_NEAR(wired.errors.gain[step][coil], straight.errors.gain[step][coil], 1);
+        }
+        for (std::size_t n = 0; n < signal::ConverterErrors::kJumps; ++n) {
+            EXPECT_NEAR(wired.errors.jump[coil][n], straight.errors.jump[coil][n], 1);
+        }
+    }
+}
+
 TEST(ConverterFit, AnIdealBoardIsNotMadeWorse) {
     DrawnBoard board;
     std::vector<PoseFile> files{poses_of(board, 36, 0.48, 0.84, 5)};

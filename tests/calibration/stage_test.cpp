@@ -171,6 +171,9 @@ TEST_F(Stage, WritesResidualsAndAPicture) {
     const std::string csv = read_file(path("pictures") + "/pose_errors.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 3 * 3 * 64);
     EXPECT_THAT(read_file(path("pictures") + "/error_vectors.svg"), HasSubstr("<svg"));
+    ASSERT_EQ(tricoil("evaluate --csv-only --calibration " + path("p.toml") + " --out " + path("pictures") + set("ld")).exit_code,
+              0);
+    EXPECT_FALSE(std::filesystem::exists(path("pictures") + "/error_vectors.svg")) << "a picture of older errors";
 }
 
 /// Errors of 0.3 % make 0.15 mm at the border of the workspace. The stage's scale and its rotation about z are not observable.

@@ -168,6 +168,36 @@ TEST_F(LoopWithWrongGain, CorrectsColumnsThatTheDeviceHasNotCorrected) {
     EXPECT_NEAR(x_m(), position_m_.x() * (1 - double{wrong_gains().gain_error(kGainStep, 0)} / 3), 1e-4) << "corrected twice";
 }
 
+/// The converter of the first channel is wrong, and the channels have the coils 2, 3 and 1, which is reversed.
+class LoopWithAWiring : public Loop {
+protected:
+    struct Columns final : tracking::TrackerTap<double> {
+        void do_column(const MeasuredColumn<double>& column) override { newest = column; }
+        MeasuredColumn<double> newest;
+    };
+    LoopWithAWiring() {
+        params.calibration.emplace();
+        params.calibration->converters.gain[kGainStep] = {127, 0, 0};
+        params.wiring.sensor = {{1, 2, 0}, {1, 1, -1}};
+        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, columns_,
+                     [](const tracking::PoseEstimate<double>&) {});
+    }
+    Columns columns_;
+};
+
+TEST_F(LoopWithAWiring, CorrectsTheConvertersOfTheChannels) {
+    auto message = test::column_message(next++, 1, static_cast<std::uint32_t>(loop->counters().excitations));
+    message.in_phase = {0.1F, 0.2F, 0.3F};
+    message.flags = static_cast<std::uint16_t>(unsigned{kGainStep} << protocol::kGainStepBit);
+    message.level = {20'000, 20'000, 20'000};
+    port.say(message);
+    loop->step();
+    const double gain = 1 - double{params.calibration->converters.gain_error(kGainStep, 0)};
+    EXPECT_NEAR(columns_.newest.in_phase(1), 0.1 * gain, 1e-7);
+    EXPECT_NEAR(columns_.newest.in_phase(2), 0.2, 1e-7);
+    EXPECT_NEAR(columns_.newest.in_phase(0), -0.3, 1e-7);
+}
+
 TEST(ColumnCorrection, IsThatOfTheBoardAndHappensOnce) {
     signal::ConverterErrors errors = wrong_gains();
     errors.jump[1][2] = 100;

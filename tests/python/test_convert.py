@@ -81,10 +81,15 @@ class Convert(unittest.TestCase):
         self.assertEqual(tricoil.command("convert", source, to="ndi", out=out)["poses"], 200)
         done = subprocess.run([*program, source, "--to", "polhemus"], capture_output=True, text=True, check=True)
         self.assertEqual(done.stdout.count("\n"), 201)
+        take = os.path.join(self.folder, "take")
+        tricoil.run("hand", duration_s=0.5, record=take, fidelity="columns")
         for words, message in (([source, "--to", "mat"], "--to mat: only of a recording's folder"), ([source, "--to", "ndi", "--units", "in"], "give --units mm"),
                                ([source, "--to", "motive", "--euler", "zyx"], "--euler: only with --to csv"), ([source, "--to", "csv", "--out", source], "is also an input file"),
-                               ([source, "--json"], "--json: the poses need a file"), ([source, "--boresight"], "--boresight: only of a recording's folder"), ([self.folder, "--to", "ndi"], "is written from a file of poses"),
-                               ([source, "--to", "csv", "--euler", "zzy"], "--euler must be three axes")):
+                               ([source, "--json"], "--json: the poses need a file"), ([source, "--boresight"], "--boresight: only of a recording's folder"),
+                               ([source, "--to", "csv", "--euler", "zzy"], "--euler must be three axes"),
+                               (["nosuch", "--to", "motive"], "nosuch: does not exist"), ([take, "--unit", "mm"], "--unit: only of a file of poses"),
+                               ([take, "--sensor", "1"], "--sensor: only of a file of poses"), ([take, "--rate-hz", "100"], "--rate-hz: only of a file of poses"),
+                               ([take, "--to", "ndi"], "is written from a file of poses")):
             done = subprocess.run([*program, *words], capture_output=True, text=True, check=False)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
             self.assertIn(message, done.stderr)

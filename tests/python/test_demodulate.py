@@ -167,6 +167,12 @@ class Arrays(unittest.TestCase):
             sign = np.array([[1, 1, 1], [1, 1, 1], [np.sign(wiring.sensor[2])] * 3]) * np.sign(wiring.source)
             np.testing.assert_allclose(np.array(found["mean"]) * sign, straight["mean"], atol=1e-9)
             self.assertEqual(found["sensor_channels"], [1, 0, 2])
+        for wiring, begin in ((wiring, "# wiring corrected\ntime_us,"), (None, "time_us,")):
+            with tempfile.TemporaryDirectory() as folder:
+                out = os.path.join(folder, "couplings.csv")
+                tricoil.demodulate(crossed, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4, wiring=wiring, out=out)
+                with open(out, encoding="utf-8") as file:
+                    self.assertTrue(file.read().startswith(begin))
 
     def test_errors_have_the_names_of_arguments(self):
         values = in_turn()

@@ -281,11 +281,15 @@ class Program(unittest.TestCase):
         with open(os.path.join(self.folder.name, "out", "dynamic_errors.csv"), encoding="utf-8") as file:
             self.assertEqual(len(file.readlines()), 1 + result["poses"] + result["outliers"])
         self.assertTrue(os.path.exists(os.path.join(self.folder.name, "out", "dynamic_errors.svg")))
+        again = self.run_program("--json", "--csv-only", "--out", "out", *self.files)
+        self.assertEqual((again.stderr, json.loads(again.stdout)), ("", result))
+        self.assertEqual(os.listdir(os.path.join(self.folder.name, "out")), ["dynamic_errors.csv"])  # no picture of older errors
 
     def test_bad_input_is_one_line(self):
         for words, pattern in ((("truth.csv", "missing.csv"), "missing.csv: No such file"), (("truth.csv", "poses.csv", "--sensor", "3"), "leave --sensor out"),
                                (("truth.csv", "poses.csv", "--time-offset", "soon"), "--time-offset must be a number"),
-                               (("truth.csv", "poses.csv", "--unit", "mile"), "--unit must be m, cm, mm or in"), (("truth.csv",), "takes two files")):
+                               (("truth.csv", "poses.csv", "--unit", "mile"), "--unit must be m, cm, mm or in"), (("truth.csv",), "takes two files"),
+                               (("truth.csv", "poses.csv", "--wiring", "truth.csv"), "no calibration and no wiring")):
             done = self.run_program(*words)
             self.assertEqual(done.returncode, 2)
             self.assertEqual(done.stdout, "")

@@ -154,6 +154,68 @@ class Files(unittest.TestCase):
         self.assertRegex(self.program("run", "--wiring", self.out).stderr, "^tricoil: --wiring: only with a device")
         self.assertRegex(self.program("calibrate", "stage", "--wiring", self.out, "--out", "a", "--blob", "b", path).stderr, "^tricoil: --blob: not with --wiring")
 
+    def refused(self, message, *words):
+        done = self.program(*words)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), (words, done.stderr))
+        self.assertIn(message, done.stderr)
+
+    def test_no_output_replaces_an_input_or_another_output(self):
+        wiring = "sensor = [2, -1, 3]\nsource = [-3, 1, 2]\n"
+        frames = "time_us,sigma,x11,x12,x13,x21,x22,x23,x31,x32,x33\n" + "".join(
+            ",".join(map(repr, [10_000 * n, 1e-6, *np.ravel(IDEAL).tolist()])) + "\n" for n in range(20))
+        data = self.file("frames.csv", frames)
+        self.file("wiring.toml", wiring)
+        errors = os.path.join(self.folder, "errors")
+        os.mkdir(errors)
+        poses = self.file(os.path.join("errors", "pose_errors.csv"), frames)
+        cal, both = self.file("cal.toml", "cal"), os.path.join(self.folder, "both")
+        is_input = "is also an input file"
+        for kind, more in (("stage", ()), ("converters", ()), ("grid", ("--spacing-mm", "40")), ("free-motion", ()), ("surroundings", ("--calibration", cal))):
+            self.refused(is_input, "calibrate", kind, *more, "--wiring", self.out, "--out", self.out, data)
+        self.refused(is_input, "evaluate", "--calibration", cal, "--out", errors, poses)
+        run = ("run", "--duration", "1")
+        for name in (f"couplings:{data}", f"couplings:{data},mux=fdm"):
+            self.refused(is_input, *run, "--device", name, "--out", data)
+        self.refused(is_input, *run, "--device", f"couplings:{data},mux=fdm", "--wiring", self.out, "--out", self.out)
+        self.refused(is_input, *run, "--calibration", cal, "--couplings", cal)
+        for one, other in itertools.combinations(("--out", "--couplings", "--record-wav"), 2):
+            self.refused("name the same file", *run, one, both, other, os.path.join(self.folder, ".", "both"))
+        self.assertFalse(os.path.exists(both))
+        for path, text in ((self.out, wiring), (data, frames), (poses, frames), (cal, "cal")):
+            with open(path, encoding="utf-8") as file:
+                self.assertEqual(file.read(), text)
+        done = self.program(*run, "--out", "/dev/null", "--couplings", "/dev/null")
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_wiring_is_corrected_once(self):
+        self.file("wiring.toml", "sensor = [2, -1, 3]\nsource = [-3, 1, 2]\n")
+        names = "time_us,sigma,x11,x12,x13,x21,x22,x23,x31,x32,x33"
+        rows = table([np.concatenate(([10_000 * n, 1e-6], np.ravel(channels_of(IDEAL, WIRING)))) for n in range(200)], names)
+        data, take, rests = self.file("frames.csv", rows), os.path.join(self.folder, "take"), os.path.join(self.folder, "rests.csv")
+        for words in (("run", "--device", f"couplings:{data},mux=fdm", "--wiring", self.out, "--record", take, "--out", "-"),
+                      ("convert", take, "--to", "rests", "--out", rests)):
+            done = self.program(*words)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        second = "its wiring is corrected already; leave out --wiring"
+        self.refused(f"rests.csv: {second}", "calibrate", "free-motion", "--wiring", self.out, "--out", "a.toml", rests)
+        self.refused(f"rests.csv: {second}", "calibrate", "grid", "--nodes", "1,1,1", "--spacing-mm", "40", "--wiring", self.out, "--out", "a.toml", rests)
+        straight = [np.concatenate(([10_000 * n, 1e-6], np.ravel(IDEAL))) for n in range(200)]
+        corrected = self.file("corrected.csv", "# wiring corrected\n" + table(straight, names))
+        self.refused("corrected.csv:1: the wiring is corrected already", "run", "--device", f"couplings:{corrected},mux=fdm", "--wiring", self.out, "--out", "-")
+        done = self.program("run", "--device", f"couplings:{corrected},mux=fdm", "--out", "-")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        stage = self.file("stage.csv", "# wiring corrected\n" + table([[0.4, 0.2, 0.1, 1, 0, 0, 0, *np.ravel(IDEAL)]],
+                                                                     "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33"))
+        self.refused(f"stage.csv: {second}", "calibrate", "stage", "--wiring", self.out, "--out", "a.toml", stage)
+
+    def test_a_configuration_names_the_wiring_beside_it(self):
+        self.file("wiring.toml", "sensor = [2, -1, 3]\nsource = [-3, 1, 2]\n")
+        names = "time_us,sigma,x11,x12,x13,x21,x22,x23,x31,x32,x33"
+        data = self.file("frames.csv", table([np.concatenate(([10_000 * n, 1e-6], np.ravel(channels_of(IDEAL, WIRING)))) for n in range(20)], names))
+        config = self.file("board.toml", f'device = "couplings:{data},mux=fdm,wiring=wiring.toml"\n')
+        done = self.program("run", "--config", config, "--out", "-")
+        self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_columns_in_turn_keep_their_times(self):
         """Channels of the source are measured in turn, whatever coils they drive."""
         def at(time):

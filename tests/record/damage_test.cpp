@@ -93,7 +93,7 @@ TEST_F(Damage, ForeignFoldersAndVersions) {
     describe([](auto& d) { d["version"] = 1; });
     expect_refused("recording format version 1; this program reads versions 3 and 4");
     fs::remove_all(folder_);
-    expect_refused("is not a folder");
+    expect_refused("does not exist");
 }
 
 TEST_F(Damage, InvalidSettings) {

@@ -75,10 +75,12 @@ Equation equation_of(const MeasuredPose& pose, const Mat3<double>& model, Index 
     for (Index k = 0; k < kSourceCoils; ++k) {
         equation.row(9 + 3 * k + j) = per_coupling * model(i, k);
     }
-    equation.row(gain_index(levels.gain_step, i)) = per_coupling * model(i, j);
+    const Index channel = levels.channel[static_cast<std::size_t>(i)];
+    equation.row(gain_index(levels.gain_step, channel)) = per_coupling * model(i, j);
     const double sign = std::copysign(1.0, pose.x(i, j));
     for (std::size_t n = 0; n < ConverterErrors::kJumps; ++n) {
-        equation.row(jump_index(i, n)) = sign * static_cast<double>(ConverterErrors::response(n, static_cast<float>(amplitude)));
+        equation.row(jump_index(channel, n)) =
+            sign * static_cast<double>(ConverterErrors::response(n, static_cast<float>(amplitude)));
     }
     equation.measured_minus_model = per_coupling * (pose.x(i, j) - model(i, j));
     equation.largest = levels.share.maxCoeff();
@@ -207,6 +209,10 @@ void refuse_unknown_levels(const std::vector<PoseFile>& files) {
     }
 }
 
+std::size_t channel_of(const CouplingFrame& couplings, Index i) {
+    return static_cast<std::size_t>(couplings.levels->channel[static_cast<std::size_t>(i)]);
+}
+
 double squared(float value) { return static_cast<double>(value) * static_cast<double>(value); }
 
 /// RMS of the amplitude errors of all couplings, without the part of each channel in proportion to the amplitude: that is gain.
@@ -215,12 +221,12 @@ double non_linearity(const std::vector<PoseFile>& files, const ConverterErrors& 
     std::array<double, kSensorCoils> products{};
     std::array<double, kSensorCoils> powers{};
     for_each_coupling(files, [&](const MeasuredPose& pose, Index i, Index j) {
-        const auto coil = static_cast<std::size_t>(i);
+        const std::size_t channel = channel_of(pose, i);
         const auto amplitude = static_cast<float>(pose.levels->share(i, j));
-        const float error = errors.amplitude_error(coil, amplitude);
-        squares[coil] += squared(error);
-        products[coil] += static_cast<double>(error) * static_cast<double>(amplitude);
-        powers[coil] += squared(amplitude);
+        const float error = errors.amplitude_error(channel, amplitude);
+        squares[channel] += squared(error);
+        products[channel] += static_cast<double>(error) * static_cast<double>(amplitude);
+        powers[channel] += squared(amplitude);
     });
     double sum = 0;
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
@@ -233,7 +239,7 @@ double non_linearity(const std::vector<PoseFile>& files, const ConverterErrors& 
 double gain_error(const std::vector<PoseFile>& files, const ConverterErrors& errors) {
     double squares = 0;
     for_each_coupling(files, [&](const MeasuredPose& pose, Index i, Index) {
-        squares += squared(errors.gain_error(static_cast<std::size_t>(pose.levels->gain_step), static_cast<std::size_t>(i)));
+        squares += squared(errors.gain_error(static_cast<std::size_t>(pose.levels->gain_step), channel_of(pose, i)));
     });
     return std::sqrt(squares / static_cast<double>(9 * count_poses(files)));
 }
@@ -265,9 +271,9 @@ void correct_converters(CouplingFrame& couplings, const ConverterErrors& errors)
     for (Index k = 0; couplings.has_known_levels() && k < 9; ++k) {
         const Index i = k / 3;
         const Index j = k % 3;
-        const auto factor = static_cast<double>(errors.correction(static_cast<std::size_t>(couplings.levels->gain_step),
-                                                                  static_cast<std::size_t>(i),
-                                                                  static_cast<float>(couplings.levels->share(i, j)), true));
+        const auto factor =
+            static_cast<double>(errors.correction(static_cast<std::size_t>(couplings.levels->gain_step), channel_of(couplings, i),
+                                                  static_cast<float>(couplings.levels->share(i, j)), true));
         couplings.x(i, j) *= factor;
         if (couplings.quadrature) {
             (*couplings.quadrature)(i, j) *= factor;

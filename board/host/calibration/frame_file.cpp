@@ -14,7 +14,7 @@ namespace {
 /// Takes the couplings of every row; refuses a table without rows.
 template <typename Take>
 void read_rows(Table& table, const ChannelWiring& wiring, Take take) {
-    const CouplingColumns couplings(table);
+    const CouplingColumns couplings(table, wiring);
     bool is_empty = true;
     for (; table.next(); is_empty = false) {
         CouplingFrame frame = couplings.read();

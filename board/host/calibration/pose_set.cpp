@@ -171,7 +171,7 @@ PoseFile read_pose_file(Table& table, const ChannelWiring& wiring) {
     };
     if (table.has_names()) {
         const PoseTable poses(table);
-        const CouplingColumns couplings(table);
+        const CouplingColumns couplings(table, wiring);
         while (table.next()) {
             const Vec3<double> position_m = poses.position_m();  // first, so that it is refused first
             add({couplings.read_any(), position_m, poses.attitude(kQuaternionTolerance).toRotationMatrix()});

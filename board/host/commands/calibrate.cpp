@@ -37,18 +37,11 @@ void write_files(const CalibrationFiles& files, const CalibrationFile& file) {
 }  // namespace
 
 void check_files(const CalibrationFiles& files) {
-    for (const std::vector<std::string>& inputs : {files.data, {files.calibration}, {files.converters_from}}) {
-        refuse_input_as_output("--out", files.out, inputs);
-        refuse_input_as_output("--blob", files.blob, inputs);
-    }
+    std::vector<std::string> inputs = files.data;
+    inputs.insert(inputs.end(), {files.calibration, files.converters_from, files.wiring});
+    check_outputs({{"--out", files.out}, {"--blob", files.blob}}, inputs);
     refuse_if(!files.blob.empty() && !files.wiring.empty(),
-              "--blob: not with --wiring, which no board reads; exchange and reverse the coils instead");
-    std::error_code error;
-    const auto place = [&](const std::string& path) {
-        return std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);
-    };
-    refuse_if(!files.blob.empty() && place(files.blob) == place(files.out),
-              "--out and --blob name the same file; choose two files");
+              "--blob: not with --wiring: a board cannot apply a wiring file; exchange and reverse the coils instead");
 }
 
 namespace {

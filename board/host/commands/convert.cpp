@@ -25,8 +25,13 @@ struct ConvertCommand {
     bool json = false;
 };
 
-int run_convert(const ConvertCommand& command) {
+int run_convert(const ConvertCommand& command, const CLI::App& sub) {
     const Recording recording(command.folder);
+    refuse_if(std::ranges::count(kForeignFormats, command.form) > 0,
+              "--to {}: is written from a file of poses; make one with --to csv", command.form);
+    for (const TextOption& option : kReaderOptions) {
+        refuse_if(sub.count(option[0]) > 0, "{}: only of a file of poses; {} is a recording", option[0], command.folder);
+    }
     check_reference(command.stages, recording.sensors());
     if (command.out.empty() || command.out == kStandardOutput) {
         refuse_if(command.json, "--json: the poses need a file; add --out FILE");
@@ -72,10 +77,7 @@ void add_convert_command(CLI::App* sub, Action& action) {
                        {"for OptiTrack Motive", "tricoil convert poses.csv --to motive --units mm --out motive.csv"}});
     sub->callback([command, sub, &action] {
         action = [command, sub] {
-            const bool is_file = std::filesystem::is_regular_file(command->folder);
-            refuse_if(!is_file && std::ranges::count(kForeignFormats, command->form) > 0,
-                      "--to {}: is written from a file of poses; make one with --to csv", command->form);
-            return is_file ? continue_in_python(*sub) : run_convert(*command);
+            return std::filesystem::is_regular_file(command->folder) ? continue_in_python(*sub) : run_convert(*command, *sub);
         };
     });
 }

@@ -83,7 +83,7 @@ std::string couplings_text(const Json& r) {
 int run_command(CouplingsCommand& c) {
     c.files.ratio = std::stoull(c.ratio);
     const auto params = params_of(c);
-    refuse_input_as_output("--out", c.out, {c.files.high, c.files.low, c.calibration});
+    check_outputs({{"--out", c.out}}, {c.files.high, c.files.low, c.calibration});
     const BandModels models = read_band_models(c.calibration);
     const BandRecording recording = read_bands(c.files);
     check_bands(c.files, models, recording, params.hemisphere);

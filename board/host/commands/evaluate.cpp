@@ -17,6 +17,7 @@
 #include "board/host/commands/calibrations.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/reader_options.hpp"
+#include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
@@ -129,16 +130,18 @@ std::string evaluation_text(const Json& r) {
 }
 
 // Options of evaluate --dynamic, with those of the reader: Python reads them.
-constexpr std::array<TextOption, 2> kDynamicOptions{{
+constexpr std::array<TextOption, 4> kDynamicOptions{{
     {"--time-offset", "--dynamic: reference time minus tracker time, s: the search starts there", "SECONDS"},
-    {"--reference-sensor", "--dynamic: number or name of the body in TRUTH; --sensor is of POSES", "TEXT"},
+    {"--reference-sensor", "--dynamic: number or name of the body in TRUTH", "TEXT"},
+    {"--sensor", "--dynamic: number or name of the sensor in POSES", "TEXT"},
+    {"--columns", "--dynamic: names of the columns if POSES has none: sensor,x,y,z,azimuth,elevation,roll, or polhemus", "TEXT"},
 }};
 
 /// Checks the options of both kinds of evaluation.
 void check_options(const EvaluateCommand& command, bool is_dynamic) {
     refuse_if(is_dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures ||
-                             !command.stage_from.empty() || !command.fixture_names.empty()),
-              "--dynamic takes two files, TRUTH and POSES, and no calibration");
+                             !command.stage_from.empty() || !command.fixture_names.empty() || !command.wiring.empty()),
+              "--dynamic takes two files, TRUTH and POSES, no calibration and no wiring");
     refuse_if(!is_dynamic && command.calibration.empty(),
               "--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)");
 }
@@ -188,9 +191,13 @@ void write_errors(const std::string& folder, const std::string& csv) {
               "cannot use output folder {}: {}; create its parent or choose another", folder,
               error ? error.message() : "it is a file");
     write_whole_file(std::filesystem::path(folder) / "pose_errors.csv", csv);
+    std::filesystem::remove(std::filesystem::path(folder) / "error_vectors.svg", error);  // of older errors
 }
 
 int evaluate_command(const EvaluateCommand& command) {
+    const std::string errors_file = command.out.empty() ? "" : command.out + "/pose_errors.csv";
+    check_outputs({{"--out", errors_file}}, command.data);
+    check_outputs({{"--out", errors_file}}, {command.calibration, command.wiring, command.stage_from});
     const auto solver = static_cast<EvaluationSolver>(index_of_name("solver", command.solver, kSolvers));
     CalibrationFile calibration = read_calibration(command.calibration);
     refuse_if(solver == EvaluationSolver::direct && !calibration.surroundings.empty(),

@@ -227,8 +227,9 @@ int motion_of(const MotionCommand& command, const CLI::App& sub) {
         }
     };
     require(kRecordedOptions, is_recorded, "--poses or --trajectory");
-    require(std::span(kReaderOptions).first<3>(), is_recorded, "--poses or --trajectory");
-    require(std::span(kReaderOptions).last<2>(), is_recorded, "--poses or --trajectory");
+    for (const TextOption& option : kReaderOptions) {
+        require({&option, 1}, is_recorded || option[0] == std::string_view("--rate-hz"), "--poses or --trajectory");
+    }
     require(kPlanOptions, is_plan, "--plan");
     return is_recorded || is_plan ? continue_in_python(sub) : motion(command);
 }

@@ -11,9 +11,11 @@
 #include "board/host/commands/stage_options.hpp"
 #include "board/host/run/report.hpp"
 #include "board/linux/device_run.hpp"
+#include "board/linux/text_name.hpp"
 #include "board/pose_text/flag_names.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/components.hpp"
+#include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
@@ -81,6 +83,10 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (!options.config.calibration.empty()) {
         options.calibration = read_calibration(options.config.calibration).calibration;
     }
+    const std::string& device = options.config.device;
+    const std::string from = linux_board::is_text_source(device) ? linux_board::parse_text_name(device).where : "";
+    check_outputs({{"--out", options.config.csv}}, {from == kStandardOutput ? "/dev/stdin" : from, command.config,
+                                                    options.config.calibration, options.config.wiring});
     check_reference(command.options.output, tracking::kMaxSensors);
     options.record = command.options.record;
     options.output = command.options.output;
@@ -195,6 +201,9 @@ void complete_simulation_options(RunCommand& command) {
     if (!command.options.hemisphere.empty()) {
         check_vector(command.options.hemisphere, "--hemisphere");
     }
+    const RunOptions& o = command.options;
+    check_outputs({{"--out", o.out_csv}, {"--couplings", o.couplings}, {"--record-wav", o.wav}, {"--samples", o.samples}},
+                  {o.scenario.ends_with(".toml") ? o.scenario : "", o.trajectory, o.calibration});
     check_reference(command.options.output, command.options.stations, "; --stations sets how many there are");
     command.options.place_m = Vec3<double>(command.place[0], command.place[1], command.place[2]);
     if (command.duration->count() > 0) {

@@ -1,13 +1,11 @@
 // tricoil truth: options of the ground truth, which is the Python package's _truth.py.
-#include <array>
-
-#include "board/host/commands/commands.hpp"
 #include "board/host/commands/program.hpp"
+#include "board/host/commands/reader_options.hpp"
 
 namespace tricoil::host {
 namespace {
 
-constexpr std::array<std::array<const char*, 3>, 14> kTruthOptions{{
+constexpr std::array<TextOption, 8> kTruthOptions{{
     {"--imu", "Accelerations and angular rates (time_s, acc_x_m_s2 ..., gyr_x_rad_s ...); may be in POSES", kFileType},
     {"--joints", "Joint values of a robot: time_s and one column a joint, rad or m", kFileType},
     {"--chain", "Kinematic chain of --joints: URDF, or table of joint,type,a_m,alpha_rad,d_m,theta_rad,convention", kFileType},
@@ -16,12 +14,6 @@ constexpr std::array<std::array<const char*, 3>, 14> kTruthOptions{{
     {"--mount", "Attitude of the inertial sensor in the body; default: estimated", "QW,QX,QY,QZ"},
     {"--out", "Path with deviations (CSV), for evaluate --dynamic and motion --reference; - is standard output", kFileType},
     {"--plot", "Picture of path and deviation", kFileType},
-    {"--sensor", "Number or name of the sensor in the files", "TEXT"},
-    {"--unit", "Of positions: m, cm, mm or in", "TEXT"},
-    {"--time-unit", "Of times: s, ms, us or ns", "TEXT"},
-    {"--rate-hz", "Of a column frame, or of a file without time", "TEXT"},
-    {"--rotation", "Of three angles: polhemus, rotvec, ZYX; of q1 to q4: wxyz, xyzw", "TEXT"},
-    {"--columns", "Names of the columns if a file has none", "TEXT"},
 }};
 
 }  // namespace
@@ -31,9 +23,8 @@ void add_truth_command(CLI::App* sub, Action& action) {
         ->description("Optical poses or positions; the first file gives frame, body and clock of the path")
         ->type_name(kFileType)
         ->expected(-1);
-    for (const auto& [name, text, type] : kTruthOptions) {
-        sub->add_option(name)->description(text)->type_name(type);
-    }
+    add_text_options(sub, kTruthOptions);
+    add_reader_options(sub);
     sub->add_flag("--same-clock")->description("--imu: its clock is that of the poses; default: the offset is estimated");
     sub->add_flag("--json")->description("Result as JSON");
     set_examples(

@@ -9,7 +9,7 @@ from ._byte_stream import ByteStream
 from ._capture import ArrayCapture, codes_of, open_capture
 from ._capture_analysis import Analyser
 from ._output_file import OutputFile
-from ._wiring import Wiring, wiring_of
+from ._wiring import OF_COILS_COMMENT, Wiring, wiring_of
 
 COLUMNS = ["time_us", "sigma", *(f"{kind}{i}{j}" for kind in "xq" for i in "123" for j in "123")]
 OPTIONS = ("carrier_hz", "rate_hz", "bits", "guard", "block", "columns", "reference", "wiring", "out", "follow")
@@ -45,7 +45,7 @@ def _analysed(capture, carrier_hz, rate_hz=None, guard=0, block=0, reference=Non
     rows = []
     with OutputFile(os.fspath(out)) if out is not None else contextlib.nullcontext() as file:
         if file:
-            file.write(",".join(COLUMNS) + "\n")
+            file.write(("" if wiring is None else OF_COILS_COMMENT + "\n") + ",".join(COLUMNS) + "\n")
         analyser = Analyser(capture, _list(carrier_hz, float), float(rate_hz or 0), guard, block, reference, wiring_of(wiring))
         for some in analyser.rows():
             if keeps_rows:

@@ -1,5 +1,6 @@
 """`tricoil evaluate --dynamic`: files, result, text, CSV and picture."""
 
+import contextlib
 import os
 
 import numpy as np
@@ -9,7 +10,7 @@ from ._drawing import draw_and_publish
 from ._poses import Poses, PoseError
 from ._staged_folder import StagedFolder
 
-OPTIONS = ("time_offset", "same_clock", "sensor", "reference_sensor", "unit", "time_unit", "rate_hz", "rotation", "columns", "out")
+OPTIONS = ("time_offset", "same_clock", "sensor", "reference_sensor", "unit", "time_unit", "rate_hz", "rotation", "columns", "out", "csv_only")
 NO_SCIPY = "needs NumPy and SciPy: install the packages python3-numpy and python3-scipy"
 
 
@@ -51,7 +52,7 @@ def evaluate(files, **options):
     result, errors = _verify.verified(poses, reference, time_offset=number("--time-offset", options.get("time_offset")),
                                       same_clock=bool(options.get("same_clock")))
     if options.get("out"):
-        write(os.fspath(options["out"]), errors)
+        write(os.fspath(options["out"]), errors, csv_only=bool(options.get("csv_only")))
     return result
 
 
@@ -109,13 +110,18 @@ def csv_text(e):
     return "\n".join(lines) + "\n"
 
 
-def write(out, errors):
-    """dynamic_errors.csv and dynamic_errors.svg, complete or not at all."""
+def write(out, errors, *, csv_only=False):
+    """dynamic_errors.csv and dynamic_errors.svg, complete or not at all. csv_only: removes an older picture instead."""
     try:
         with StagedFolder(out) as staged:
             with open(os.path.join(staged.path, "dynamic_errors.csv"), "w", encoding="utf-8") as file:
                 file.write(csv_text(errors))
-            draw_and_publish(staged, out, ["dynamic_errors.svg"])
+            if csv_only:
+                staged.publish()
+                with contextlib.suppress(FileNotFoundError):
+                    os.unlink(os.path.join(out, "dynamic_errors.svg"))
+            else:
+                draw_and_publish(staged, out, ["dynamic_errors.svg"])
     except ValueError as error:
         raise PoseError(str(error)) from None
 

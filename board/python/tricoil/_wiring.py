@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 LONGEST_FILE = 1 << 16
+OF_COILS_COMMENT = "# wiring corrected"  # above couplings to which a wiring was applied: board/support/table.hpp
 LINE = re.compile(r"\s*(?:(sensor|source)\s*=\s*\[((?:\s*-?[123]\s*,?){3})\]\s*)?(?:#.*)?", re.ASCII)
 
 

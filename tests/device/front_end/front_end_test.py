@@ -189,6 +189,24 @@ class CppCommands(Commands, unittest.TestCase):
     def front_end(self):
         return device(LINUX_BOARD)
 
+    def test_a_full_line_takes_whole_messages(self):
+        """Of a host that does not read for a while."""
+        self.command(example.HELLO, 3 | 3 << 8)
+        self.answer(example.IDENTIFY)
+        for request in range(2000):
+            with contextlib.suppress(BlockingIOError):
+                self.command(example.HELLO, 3 | 3 << 8, request)
+            if request % 50 == 0:
+                time.sleep(0.01)
+        text = self.received
+        for _ in range(100):
+            with contextlib.suppress(BlockingIOError):
+                text += os.read(self.line, 65536)
+            time.sleep(0.01)
+        frames = text.split(b"\0")[:-1]
+        self.assertGreater(len(frames), 50)
+        self.assertEqual([frame for frame in frames if example.unframed(frame) is None], [])
+
 
 @unittest.skipUnless(len(IMAGE) == 2, "no compiler for the Cortex-M, or no emulator")
 class CortexMCommands(Commands, unittest.TestCase):

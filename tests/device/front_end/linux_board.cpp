@@ -5,8 +5,10 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <vector>
 
 #include "tests/device/front_end/circle.hpp"
 
@@ -34,17 +36,31 @@ public:
     }
     bool receive(std::uint8_t& byte) { return ::read(line_, &byte, 1) == 1; }
     bool transmit(std::span<const std::uint8_t> bytes) {
-        return ::write(line_, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
+        send();
+        if (!unsent_.empty()) {
+            return false;
+        }
+        unsent_.assign(bytes.begin(), bytes.end());
+        send();
+        return true;
     }
     void drive(int coil) { Circle::drive(coil, now_us()); }
     bool measured(front_end::Window& window) { return Circle::measured(now_us(), window); }
     std::uint16_t faults() { return 0; }
     void rest() {
+        send();
         pollfd line{line_, POLLIN, 0};
         ::poll(&line, 1, 1);
     }
 
 private:
+    /// The line may take a part; the rest of a frame must follow.
+    void send() {
+        const ssize_t count = ::write(line_, unsent_.data(), unsent_.size());
+        unsent_.erase(unsent_.begin(), unsent_.begin() + std::max<ssize_t>(count, 0));
+    }
+
+    std::vector<std::uint8_t> unsent_;
     int line_ = -1;
     int other_ = -1;  // stays open: a host may come and go
     std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
