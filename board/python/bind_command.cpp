@@ -6,6 +6,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/terminal_text.hpp"
+#include "board/support/wiring_file.hpp"
 
 namespace tricoil::python {
 namespace {
@@ -57,8 +58,23 @@ py::tuple command(const std::vector<std::string>& arguments) {
     return py::make_tuple(code, text);
 }
 
+/// Coils of the channels of the sensor and of the source: 1 to 3, negative if reversed.
+std::array<std::array<int, 3>, 2> read_wiring(const std::string& path) {
+    host::refuse_if(path.empty(), "the name of the wiring file is empty");
+    const host::ChannelWiring wiring = host::read_wiring(path);
+    std::array<std::array<int, 3>, 2> numbers{};
+    for (std::size_t n = 0; n < 3; ++n) {
+        numbers[0][n] = wiring.sensor.sign[n] * (wiring.sensor.coil[n] + 1);
+        numbers[1][n] = wiring.source.sign[n] * (wiring.source.coil[n] + 1);
+    }
+    return numbers;
+}
+
 }  // namespace
 
-void add_command(py::module_& module) { module.def("command", command); }
+void add_command(py::module_& module) {
+    module.def("command", command);
+    module.def("read_wiring", read_wiring);
+}
 
 }  // namespace tricoil::python

@@ -255,6 +255,11 @@ TEST(Demodulate, WritesCouplingsForOtherCommands) {
     EXPECT_EQ(wiring.exit_code, 1);
     EXPECT_THAT(wiring.out, HasSubstr("reversed"));
     EXPECT_THAT(wiring.err, HasSubstr("the wiring is not straight"));
+    for (const char* const at : {"0.4,0.4,0.1", "0.4,0.2,0.2", "0.4,0.2,0"}) {
+        const auto ambiguous = tricoil("calibrate wiring --at " + std::string(at) + " " + out);
+        EXPECT_EQ(ambiguous.exit_code, 2) << at;
+        EXPECT_THAT(ambiguous.err, HasSubstr("--at: several wirings give the same couplings")) << at;
+    }
     const auto tracked = tricoil("run --json --device couplings:" + out + ",mux=fdm");
     EXPECT_EQ(tracked.exit_code, 0) << tracked.err;
 }

@@ -107,6 +107,17 @@ protected:
         return false;
     }
 
+    /// Processes whose working folder is below the output folder, also if it was removed: the one that draws.
+    [[nodiscard]] int drawing_processes() const {
+        int count = 0;
+        std::error_code error;
+        for (const auto& process : fs::directory_iterator("/proc")) {
+            const fs::path place = fs::read_symlink(process.path() / "cwd", error);  // not of a process that has ended
+            count += !error && place.string().starts_with(out_ + "/.unfinished-") ? 1 : 0;
+        }
+        return count;
+    }
+
     const std::string folder_ = path_in_temp("figures_interrupted");
     const std::string out_ = folder_ + "/out";
     const std::string err_ = folder_ + "/err.txt";
@@ -135,8 +146,10 @@ TEST_F(FiguresInterrupted, KeepExistingFiles) {
 TEST_F(FiguresInterrupted, LeaveNoFilesWhileTheyAreDrawn) {
     const pid_t child = start();
     ASSERT_TRUE(wait_for([this] { return has_begun(".svg"); }));
+    EXPECT_EQ(drawing_processes(), 1);
     EXPECT_EQ(end(child, SIGTERM), 128 + SIGTERM);
-    EXPECT_FALSE(fs::exists(out_)) << "the process that draws still runs, or its files were not removed";
+    EXPECT_EQ(drawing_processes(), 0);
+    EXPECT_FALSE(fs::exists(out_));
 }
 
 TEST_F(FiguresInterrupted, RemoveFilesOfAKilledRun) {

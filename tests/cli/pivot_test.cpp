@@ -126,7 +126,6 @@ TEST_F(Pointer, FilesWithoutPosesAreNamed) {
     refuse(head + good + "0,1,0,0,x,1,0,0,0,1,1,1,1,1,1\n", ":3: 'x' in column z_m is not a number");
     refuse(head + "0,1,0,0,0,2,0,0,0,1,1,1,1,1,1\n", ":2: quaternion has length 2.000, not 1");
     refuse(head + "0,1,0,0,0,1,0,0,0,1,1,-1,1,1,1\n", ":2: a standard deviation is negative");
-    refuse(head + "7,1,0,0,0,1,0,0,0,1,1,1,1,1,1\n", ": sensor 7 must be 0 to 3");
     refuse(head + good + "1" + good.substr(1), ": has the sensors 0, 1; choose one with --sensor");
     refuse(head, ": has no poses");
     refuse(head + good, ": 1 valid poses; at least 10");

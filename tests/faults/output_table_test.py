@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every output of every command, on a full disk and on a slow one. The table of commands and outputs comes from the help: a command or an
+"""Every output of every command, on a full disk, on a slow one, and as the name of an input file. The table of commands and outputs comes from the help: a command or an
 option without a row fails.
 
   output_table_test.py TRICOIL FAULT_INJECTION    environment: TRICOIL_FRONT_END, TRICOIL_WITH_PYTHON=0: without the package
@@ -85,6 +85,12 @@ ROWS = {
     "completion": {STDOUT: "bash"},
 }
 
+# Rows with inputs that ROWS has not.
+READING = {"convert": ["{input} --to csv --out {out}"], "evaluate": ["--dynamic ground.csv {input} --out {folder}"],
+           "motion": ["--poses {input} --timing fdm --out {out}", "--poses poses.csv --reference {input} --timing fdm --out {out}",
+                      "--poses poses.csv --reference {input} --timing fdm --plot {out}.svg", "--trajectory {input} --out {out}"],
+           "calibrate pivot": ["{input} --out {out}"], "plot": ["{input} --out {out}.svg"]}
+
 
 def entries(text):
     """Words at the beginning of the indented lines of a help, with the help of each, in sections that are not examples."""
@@ -165,6 +171,37 @@ class OutputTable(unittest.TestCase):
                 is_built = command not in PYTHON or os.environ.get("TRICOIL_WITH_PYTHON") != "0"
                 if is_built and not isinstance(words, Elsewhere):
                     yield command, output, words
+
+    def reading_rows(self):
+        """Command and words with {input} for one of the files that it reads: in a row, or by another option of the help."""
+        for command, _, words in self.rows():
+            if command not in PYTHON or "{out}" not in words:
+                continue
+            parts = words.split()
+            files = [n for n, word in enumerate(parts) if (self.examples / word).is_file()]
+            yield from ((command, " ".join([*parts[:n], "{input}", *parts[n + 1:]])) for n in files)
+            options = {entry.split()[0] for entry, _ in entries(self.help_of(command)) if entry.endswith(" FILE")}
+            yield from ((command, f"{words} {option} {{input}}") for option in sorted(options & INPUTS - {"--tip", *parts}))  # --tip: no picture is a .toml
+        if os.environ.get("TRICOIL_WITH_PYTHON") != "0":
+            yield from ((command, row) for command, rows in READING.items() for row in rows)
+
+    def test_no_output_replaces_an_input(self):
+        """The output is a link to the input."""
+        seen = set()
+        for command, words in self.reading_rows():
+            with self.subTest(command, words=words):
+                out = self.fresh()
+                out.mkdir()
+                kept, link = out / "kept.csv", out / ("dynamic_errors.csv" if "{folder}" in words else "link" + words.partition("{out}")[2].split(" ")[0])
+                kept.write_bytes((self.examples / "optics.csv").read_bytes())
+                link.symlink_to(kept)
+                done = self.run_row(command, words.format(out=out / "link", folder=out, input=kept))
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertRegex(done.stderr, rf"^tricoil: --[a-z-]+ {re.escape(str(link))}: is also an input file; choose another file\n$")
+                self.assertEqual(kept.read_bytes(), (self.examples / "optics.csv").read_bytes())
+                seen.add(command)
+        if os.environ.get("TRICOIL_WITH_PYTHON") != "0":
+            self.assertEqual(seen, PYTHON - {"design", "figures"} | READING.keys())
 
     def fresh(self):
         """Path of an output that is not there."""

@@ -193,6 +193,13 @@ class Turns(unittest.TestCase):
         self.assertIsNotNone(tricoil.bench(poses, segments="1-12:pendulum")["hinges"][0]["pendulum"])
         self.assertEqual(len(tricoil.bench(poses, segments="1-6:hinge,6-12")["hinges"]), 2)
 
+    def test_few_poses(self):
+        poses = pendulum()
+        few = poses_of(poses.time_s[::60], poses.position_m[::60], Rotation.from_quat(poses.quaternion_wxyz[::60][:, [1, 2, 3, 0]]))
+        for kind in ("hinge", "pendulum"):
+            with self.assertRaisesRegex(ValueError, f"the {kind} from .* s has 12 poses; at least 20 are needed"):
+                tricoil.bench(few, segments=f"0-{few.time_s[11] - few.time_s[0]}:{kind}")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -2,12 +2,15 @@
 
 import os
 import signal
+import sys
 import tempfile
 import threading
 import unittest
+from unittest import mock
 
 import numpy as np
 import tricoil
+from tricoil import _program
 
 
 class Command(unittest.TestCase):
@@ -46,11 +49,30 @@ class Command(unittest.TestCase):
         ):
             with self.assertRaisesRegex(ValueError, message):
                 tricoil.command(name, **options)
+        for words, options, message in (
+            (["bench", "a.csv"], {"foo": 1}, "foo: unknown option of bench"), (["calibrate pivot", "a.csv"], {"foo": 1}, "^calibrate pivot: unknown option foo$"),
+            (["calibrate wiring", "a.csv"], {}, "^calibrate wiring: needs at$"), (["figures"], {"out": "a", "foo": 1}, "^figures: unknown option foo$"),
+            (["motion"], {"trajectory": "a.csv", "foo": 1}, "foo"), (["bench", __file__], {"board": 5}, "^bench: an argument has the wrong type"),
+        ):
+            with self.assertRaisesRegex(ValueError, message):
+                tricoil.command(*words, **options)
         with self.assertRaisesRegex((ValueError, OSError), "nowhere.csv"):
             tricoil.calibrate(["nowhere.csv"], "out.toml")
         with self.assertRaisesRegex((ValueError, OSError), "nowhere"):
             tricoil.evaluate(["nowhere.csv"], "nowhere.toml")
         self.assertFalse(os.path.exists("out.toml"))
+
+
+class Numbers(unittest.TestCase):
+    def test_a_calculation_that_fails_is_one_line(self):
+        """In the package and in the program: also an error that is no ValueError."""
+        for error in (np.linalg.LinAlgError("SVD did not converge"), OverflowError("too large"), ZeroDivisionError("division by zero")):
+            with mock.patch("tricoil._bench.run", side_effect=error), self.assertRaisesRegex(ValueError, f"the calculation fails with these numbers .{error}."):
+                tricoil.command("bench", "a.csv")
+            with mock.patch.object(_program, "start", side_effect=error), mock.patch.object(_program, "refuse") as refuse, \
+                    mock.patch.object(sys, "argv", ["", "bench"]), mock.patch("signal.signal"):
+                _program.main()
+            self.assertRegex(refuse.call_args.args[0], "^the calculation fails")
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ import os
 import subprocess
 import tempfile
 import unittest
+from unittest import mock
 
 import numpy as np
 import tricoil
@@ -57,6 +58,12 @@ class Files(unittest.TestCase):
             picture = file.read()
         self.assertIn("<svg", picture)
         self.assertLess(len(picture), 400_000)
+
+    def test_all_outputs_or_none(self):
+        out = self.picture + ".csv"
+        with mock.patch("tricoil.plot.motion_error", side_effect=ValueError("cannot draw")), self.assertRaisesRegex(ValueError, "cannot draw"):
+            command.run_poses(self.file, "tdm:3/720", out=out, plot=self.picture)
+        self.assertFalse(os.path.exists(out))
 
     def test_command_of_the_package(self):
         self.assertEqual(tricoil.command("motion", poses=self.file, timing="tdm:3/720")["timing"], "tdm:3/720")

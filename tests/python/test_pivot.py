@@ -46,6 +46,13 @@ class Pivot(unittest.TestCase):
             result = tricoil.pivot(path)
             self.assertEqual((result["sensor"], result["poses"], result["warnings"]), (2, len(poses), []))
             self.assertEqual(tricoil.command("calibrate pivot", path)["tip_m"], result["tip_m"])
+            with open(path, encoding="utf-8") as file:
+                text = file.read()
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text.replace("\n2,", "\n4,"))
+            fourth = tricoil.pivot(path, out=os.path.join(folder, "tip.toml"))
+            self.assertEqual((fourth["sensor"], fourth["tip_m"]), (0, result["tip_m"]))
+            self.assertRegex(fourth["warnings"][0], "^sensor 4 of the file is written as sensor 0")
         error = np.array(result["tip_m"]) - TRUE_TIP_M
         self.assertLess(np.linalg.norm(error), 5e-5)
         self.assertLess(error @ np.linalg.solve(result["tip_covariance_m2"], error), 16.3)

@@ -79,7 +79,9 @@ class Plan(unittest.TestCase):
         for options, message in (({"size": "0.05,0.4,0.4"}, r"limits: to reach the speed \S+ within 0.05 m \(axis x\), the (acceleration|jerk) must be"),
                                  ({"turn": 5}, "turn_limits: to reach the speed"), ({"center": "0.2,0,0"}, "center, size: the box comes as near as 0 m"),
                                  ({"grid": 1}, "grid must be a whole number"), ({"grid": 12, "limits": "0.01,1,10"}, "grid, limits: the grid alone takes"),
-                                 ({"limits": "1,2"}, "limits must be 3 numbers"), ({"limits": "1,0,1"}, "larger than 0"), ({"rate_hz": 5}, "rate_hz must be 20 to"),
+                                 ({"limits": "1,2"}, "limits must be 3 numbers larger than 0, separated by commas; is"),
+                                 ({"grid": 2, "turn_limits": "1e-3,1,10"}, "turn_limits: the plan takes more than 3600 s"),
+                                 ({"limits": "1,0,1"}, "larger than 0"), ({"rate_hz": 5}, "rate_hz must be 20 to"),
                                  ({"turn": 200}, "turn must be at most 170"), ({"size": "nan,1,1"}, "size must be 3 numbers")):
             with self.assertRaisesRegex(ValueError, message):
                 self.planned(**options)

@@ -263,6 +263,8 @@ class Poses(unittest.TestCase):
             self.assertIsNone(self.agree().deviation)
         self.write(self.table(self.plain(**{**stated, "std_y_mm": ["1", "-1"] + ["1"] * (COUNT - 2)})))
         self.refused(":3: a standard deviation is negative")
+        self.write(self.table(self.plain(**{**stated, "std_y_mm": ["1", "1e180"] + ["1"] * (COUNT - 2)})))
+        self.refused(":3: a standard deviation is larger than")
         self.write(self.table(self.plain()))
         self.assertIsNone(self.agree().deviation)
 

@@ -100,13 +100,18 @@ class Files(unittest.TestCase):
         frames = self.file("frames.csv", table([IDEAL]))
         for text in ("", "sensor = [1, 2, 3]\n", "sensor = [1, 2, 2]\nsource = [1, 2, 3]\n", "sensor = [0, 2, 3]\nsource = [1, 2, 3]\n",
                      "sensor = [1, 2, 3, 1]\nsource = [1, 2, 3]\n", "sensor = [1, 2, 4]\nsource = [1, 2, 3]\n",
-                     "sensor = [1, 2, 3]\nsource = [1, 2, 3]\nother = 1\n", "sensor = 1\nsource = [1, 2, 3]\n"):
+                     "sensor = [1, 2, 3]\nsource = [1, 2, 3]\nother = 1\n", "sensor = 1\nsource = [1, 2, 3]\n", "sensor = [123]\nsource = [1, 2, 3]\n",
+                     "sensor = [1 2 3]\nsource = [1, 2, 3]\n", "sensor = [1.5, 2, 3]\nsource = [1, 2, 3]\n"):
             path = self.file("wrong.toml", text)
             with self.assertRaisesRegex(ValueError, "wrong.toml"):
                 tricoil.read_wiring(path)
             done = self.program("calibrate", "free-motion", "--wiring", path, "--out", self.out, frames)
             self.assertEqual(done.returncode, 2, text)
             self.assertRegex(done.stderr, "^tricoil: [^\n]*wrong.toml[^\n]*\n$")
+
+    def test_lists_over_several_lines_are_read(self):
+        path = self.file("wiring.toml", "# by hand\nsensor = [\n  2,\n  -1,  # reversed\n  3,\n]\nsource = [-3, 1,\n 2]\n")
+        self.assertEqual(tricoil.read_wiring(path), WIRING)
 
     def test_couplings_are_corrected_where_they_enter(self):
         """Results with exchanged channels and --wiring are those with straight channels."""

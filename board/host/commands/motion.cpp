@@ -254,7 +254,8 @@ void add_motion_command(CLI::App* sub, Action& action) {
     add_rate("--range", c->range, "Range rate B + A sin(10 pi t), m/s");
     sub->add_option("--start-range", c->start_range_m, "Range at the start, m")->capture_default_str();
     sub->add_option("--start-time", c->start_time_s, "Device time at the start, s")->capture_default_str();
-    numbers(sub->add_option("--rate-hz", c->rate_hz, "Updates per second; of files without time: their poses a second"), "A,B", 2)
+    numbers(sub->add_option("--rate-hz", c->rate_hz, "Updates per second; with a file that has no times: its poses per second"),
+            "A,B", 2)
         ->expected(1, 2)
         ->default_str("240");
     sub->add_option("--gap", c->gap_s, "Processing and multiplexing gap that lengthens each update, s")->capture_default_str();

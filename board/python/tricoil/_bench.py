@@ -14,7 +14,7 @@ from ._bench_rest import rest
 from ._bench_segments import LEAST_S, Segment, matrices, parse, rests_of_sensor
 from ._bench_turn import hinge, is_hinge, pendulum
 from ._board import Board, read_board
-from ._output_file import write_whole
+from ._output_file import refuse_input_as_output, write_whole
 from ._poses import PoseError, Poses, read
 
 READER_OPTIONS = ("unit", "time_unit", "rate_hz", "rotation", "columns")
@@ -59,11 +59,14 @@ def kind_of(poses: Poses, segment: Segment) -> Segment:
     """The segment with its kind, which is found if it was not given. Raises PoseError."""
     if poses.quaternion_wxyz is None and segment.kind not in ("", "rest"):
         raise PoseError(f"{poses.name}: {segment.kind} needs attitudes; this file has positions only")
+    if segment.kind in ("hinge", "pendulum") and len(segment) < LEAST:
+        raise PoseError(f"{poses.name}: the {segment.kind} from {poses.time_s[segment.begin] - poses.time_s[0]:g} s has {len(segment)} poses; at least {LEAST} are needed; "
+                        "choose a longer one with --segments")
     if segment.kind or poses.quaternion_wxyz is None:
         return dataclasses.replace(segment, kind=segment.kind or "rest")
     turn = matrices(poses)[segment.rows]
     tilts = _bench_pivot.tilts_of(turn)
-    kind = "hinge" if is_hinge(turn) else "pivot" if tilts[1] > _bench_pivot.LEAST_TILT_RAD else "rest"
+    kind = "hinge" if len(segment) >= LEAST and is_hinge(turn) else "pivot" if tilts[1] > _bench_pivot.LEAST_TILT_RAD else "rest"
     return dataclasses.replace(segment, kind=kind)
 
 
@@ -82,7 +85,7 @@ def tip_of(text):
         return None
     try:
         tip = np.array([float(word) for word in (text.split(",") if isinstance(text, str) else text)])
-    except ValueError:
+    except (TypeError, ValueError):
         tip = np.zeros(0)
     if tip.shape != (3,) or not np.isfinite(tip).all():
         raise PoseError(f"--tip must be three numbers x,y,z in m; is '{text}'")
@@ -258,7 +261,8 @@ def run(file, board=None, holes=None, segments=None, tip=None, sensor=None, rela
         raise PoseError(f"--{min(unknown).replace('_', '-')}: unknown option of bench")
     if holes and board is None:
         raise PoseError("--holes requires --board")
-    known = None if board is None else read_board(board)
+    refuse_input_as_output({"--out": out}, [file, board])
+    known = None if board is None else read_board(os.fspath(board))
     note = None
     if sensor is None and relative_to is None and os.path.isfile(file):
         sensor, relative_to = plus_pair(file)

@@ -83,7 +83,7 @@ def rests_of_sensor(poses: Poses) -> list[Segment]:
 def parse(text: str | list | None, poses: Poses) -> list[Segment]:
     """Segments of FROM-TO or FROM-TO:KIND, separated by commas; seconds from the first pose. Raises PoseError."""
     segments = []
-    for word in (text.split(",") if isinstance(text, str) else list(text or ())):
+    for word in (text.split(",") if isinstance(text, str) else np.atleast_1d([] if text is None else text).tolist()):
         times, _, kind = str(word).strip().partition(":")
         ends = times.split("-")
         try:

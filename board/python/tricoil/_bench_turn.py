@@ -48,7 +48,7 @@ def hinge(poses: Poses, segment: Segment) -> dict:
     axis, own, angle = axis_of(turn)
     arm, point, left = arm_of(turn, position_m, axis, own)
     tilt = turn @ own - axis
-    means = np.array([(turn[block] @ own).mean(axis=0) for block in np.array_split(np.arange(len(turn)), BLOCKS)])
+    means = np.array([(turn[block] @ own).mean(axis=0) for block in np.array_split(np.arange(len(turn)), min(BLOCKS, len(turn)))])
     axial = left @ axis
     return {
         "from_s": float(poses.time_s[segment.begin] - poses.time_s[0]),
@@ -93,8 +93,8 @@ def pendulum(poses: Poses, segment: Segment) -> dict | None:
     rms = float(np.sqrt(np.mean(left**2)))
     if rms > LARGEST_LEFT * amplitude:
         return None
-    means = np.array([block.mean() for block in np.array_split(left, BLOCKS)])
-    inflation = max(1.0, float(means.var(ddof=1) * len(left) / BLOCKS / max(left.var(), 1e-30)))
+    means = np.array([block.mean() for block in np.array_split(left, min(BLOCKS, len(left)))])
+    inflation = max(1.0, float(means.var(ddof=1) * len(left) / len(means) / max(left.var(), 1e-30)))
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * rms**2 * inflation
     speed = np.abs(np.gradient(theta + left, time_s))  # of the pendulum, not of the noise
     fast = speed > np.quantile(speed, 0.75)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from . import _array_file, _tricoil
+from ._program import NUMERICAL, is_numerical
 
 
 def own_names(message: str, names: dict[str, str] | None = None) -> str:
@@ -111,6 +112,14 @@ _RUN = {"bench": _bench, "calibrate pivot": _pivot, "convert": _convert, "demodu
         "plot": _plot}
 
 
+def _of_type(message):
+    """What a TypeError says of the options."""
+    option = re.search(r"(unexpected keyword argument|missing) .*?'?(\w+)'?$", message)
+    if option:
+        return f"needs {option[2]}" if option[1] == "missing" else f"unknown option {option[2]}"
+    return f"an argument has the wrong type ({message})"
+
+
 def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     """Result of a command of the program, as `tricoil NAME ... --json` prints it.
 
@@ -125,8 +134,14 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     if in_python(name, arguments, options):
         try:
             return of_python(name, arguments, {key: value for key, value in options.items() if value is not None and key != "json"})
-        except (ValueError, TypeError) as error:  # TypeError: an unknown option
+        except TypeError as error:
+            raise ValueError(f"{name}: {_of_type(str(error))}") from None
+        except ValueError as error:
             raise ValueError(own_names(str(error))) from None
+        except Exception as error:
+            if not is_numerical(error):
+                raise
+            raise ValueError(NUMERICAL.format(error)) from None
     draws = name == "evaluate" and options.get("out") and not options.get("csv_only")
     if draws:
         options["csv_only"] = True
@@ -169,5 +184,5 @@ def evaluate(files: Sequence[str | os.PathLike], calibration: str | os.PathLike 
 
     try:
         return _dynamic.evaluate(files, **options)
-    except _dynamic.PoseError as error:
+    except ValueError as error:
         raise ValueError(own_names(str(error))) from None

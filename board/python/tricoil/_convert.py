@@ -2,11 +2,10 @@
 
 import datetime
 import json
-import os
 
 import numpy as np
 
-from ._output_file import write_whole
+from ._output_file import refuse_input_as_output, write_whole
 from ._poses import METRES, PoseError, Poses, read
 
 READER_OPTIONS = ("sensor", "unit", "time_unit", "rate_hz", "rotation", "columns")
@@ -134,6 +133,7 @@ def converted(poses: Poses, form: str, unit: str | None = None, euler: str | Non
     unit = unit or ("mm" if form in IN_MM else "m")
     if unit not in METRES:
         raise PoseError(f"--units must be m, cm, mm or in; is '{unit}'")
+    euler = None if euler is None else str(euler)
     if euler is not None and (len(euler) != 3 or not set(euler.lower()) <= set("xyz") or euler[0] == euler[1] or euler[1] == euler[2]):
         raise PoseError(f"--euler must be three axes, for example zyx; is '{euler}'")
     if form == "csv":
@@ -150,8 +150,7 @@ def run(file, to="jsonl", out="-", units=None, euler=None, **reader) -> dict:
     unknown = reader.keys() - set(READER_OPTIONS)
     if unknown:
         raise PoseError(f"--{min(unknown).replace('_', '-')}: only of a recording's folder")
-    if out != "-" and os.path.exists(out) and os.path.samefile(file, out):
-        raise PoseError(f"--out {out}: is also an input file")
+    refuse_input_as_output({"--out": out}, [file])
     poses = read(file, **reader)
     write_whole(out, converted(poses, to, units, euler))
     return {"poses": len(poses), "out": out, "form": to, "notes": list(poses.notes)}

@@ -8,7 +8,7 @@ import numpy as np
 from ._byte_stream import ByteStream
 from ._capture import ArrayCapture, codes_of, open_capture
 from ._capture_analysis import Analyser
-from ._output_file import OutputFile
+from ._output_file import OutputFile, refuse_input_as_output
 from ._wiring import OF_COILS_COMMENT, Wiring, wiring_of
 
 COLUMNS = ["time_us", "sigma", *(f"{kind}{i}{j}" for kind in "xq" for i in "123" for j in "123")]
@@ -65,6 +65,7 @@ def run(capture, bits=16, columns=None, follow=False, guard=0, block=0, keeps_ro
         raise ValueError(f"--{unknown[0].replace('_', '-')}: unknown option of demodulate")
     options["reference"] = None if options.get("reference") is None else str(options["reference"])
     options |= {"guard": _count("guard", guard), "block": _count("block", block), "keeps_rows": keeps_rows}
+    refuse_input_as_output({"--out": options.get("out")}, [capture, options.get("wiring")])
     chosen = {"bits": _count("bits", bits), "columns": _list(columns, str)}
     if not isinstance(capture, (str, os.PathLike)):
         return _analysed(ArrayCapture(capture, **chosen), **options)

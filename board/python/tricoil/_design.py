@@ -1,6 +1,5 @@
 """tricoil design: what planned coils reach. Dipoles, the demodulator's windows, and the covariance of the direct solution."""
 
-import contextlib
 import io
 import math
 import os
@@ -10,7 +9,7 @@ import numpy as np
 from . import _coil, _tricoil
 from ._model import couplings, solve
 from ._motion_command import PICTURES
-from ._output_file import OutputFile
+from ._output_file import write_all
 
 LIMITS = {"turns": (1, 10_000), "radius": (1e-4, 10), "current": (1e-6, 1e4), "noise": (1e-12, 1e-3), "sensor_turns": (1, 10_000),
           "sensor_radius": (1e-4, 10), "wire": (1e-6, 0.1), "sensor_wire": (1e-6, 0.1), "carrier_hz": (1, 1e7), "rate_hz": (1, 1e5), "ranges": (1e-3, 1e3)}
@@ -136,16 +135,6 @@ def scenario_text(result: dict) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _write(contents):
-    """Contents by path: all files, or none if one cannot be written."""
-    with contextlib.ExitStack() as stack:
-        files = [stack.enter_context(OutputFile(path)) for path in contents]
-        for file, content in zip(files, contents.values()):
-            file.write(content, flush=True)
-        for file in files:
-            file.commit()
-
-
 def _picture(path, draw, *values):
     """draw(...): a figure of matplotlib. Its bytes, in the format of the file's name."""
     try:
@@ -165,7 +154,7 @@ def _grid(grid_pdf, spacing_mm):
     if not grid_pdf.endswith(".pdf"):
         raise ValueError(f"--grid-pdf must end in .pdf; is '{grid_pdf}'")
     table = os.path.splitext(grid_pdf)[0] + ".csv"
-    _write({grid_pdf: _picture(grid_pdf, _grid_page.draw, page), table: _grid_page.table(page)})
+    write_all({grid_pdf: _picture(grid_pdf, _grid_page.draw, page), table: _grid_page.table(page)})
     result = _grid_page.result(page, grid_pdf, table)
     return result, _grid_page.text(result)
 
@@ -199,5 +188,5 @@ def run(plot=None, scenario=None, grid_pdf=None, spacing_mm=None, **options) -> 
         from . import plot as drawing
 
         contents[plot] = _picture(plot, drawing.design, found)
-    _write(contents)
+    write_all(contents)
     return found, text(found)

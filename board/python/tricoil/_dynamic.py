@@ -8,9 +8,11 @@ import numpy as np
 from . import _poses
 from ._drawing import draw_and_publish
 from ._poses import Poses, PoseError
+from ._output_file import refuse_input_as_output
 from ._staged_folder import StagedFolder
 
 OPTIONS = ("time_offset", "same_clock", "sensor", "reference_sensor", "unit", "time_unit", "rate_hz", "rotation", "columns", "out", "csv_only")
+WRITTEN = ("dynamic_errors.csv", "dynamic_errors.svg")
 NO_SCIPY = "needs NumPy and SciPy: install the packages python3-numpy and python3-scipy"
 
 
@@ -46,6 +48,8 @@ def evaluate(files, **options):
         raise TypeError(f"unknown option {unknown[0]} with dynamic")
     if len(files) != 2:
         raise PoseError("--dynamic takes two files, TRUTH and POSES")
+    for name in WRITTEN if options.get("out") else ():
+        refuse_input_as_output({"--out": os.path.join(options["out"], name)}, files)
     of_reference, of_poses = readers(options, "TRUTH,POSES")
     reference = _poses.read(files[0], sensor=options.get("reference_sensor"), **of_reference)
     poses = _poses.read(files[1], sensor=options.get("sensor"), columns=options.get("columns"), **of_poses)
@@ -114,14 +118,14 @@ def write(out, errors, *, csv_only=False):
     """dynamic_errors.csv and dynamic_errors.svg, complete or not at all. csv_only: removes an older picture instead."""
     try:
         with StagedFolder(out) as staged:
-            with open(os.path.join(staged.path, "dynamic_errors.csv"), "w", encoding="utf-8") as file:
+            with open(os.path.join(staged.path, WRITTEN[0]), "w", encoding="utf-8") as file:
                 file.write(csv_text(errors))
             if csv_only:
                 staged.publish()
                 with contextlib.suppress(FileNotFoundError):
-                    os.unlink(os.path.join(out, "dynamic_errors.svg"))
+                    os.unlink(os.path.join(out, WRITTEN[1]))
             else:
-                draw_and_publish(staged, out, ["dynamic_errors.svg"])
+                draw_and_publish(staged, out, WRITTEN[1:])
     except ValueError as error:
         raise PoseError(str(error)) from None
 

@@ -11,7 +11,7 @@ from ._fitted_timing import rms_by_reference
 from ._motion_along import along
 from ._motion_analysis import CAUSES
 from ._motion_error import MotionError, chosen_timing, motion_error
-from ._output_file import write_whole
+from ._output_file import refuse_input_as_output, write_all, write_whole
 from ._poses import PoseError, read
 from ._timing import TIMINGS
 
@@ -121,7 +121,7 @@ def text(result: dict) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write(path, result: MotionError, smooth: bool) -> None:
+def corrected_csv(result: MotionError, smooth: bool) -> str:
     """Corrected poses as CSV; a comment line says what was assumed."""
     poses = result.smoothed if smooth else result.corrected
     names = ["time_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "std_x_m", "std_y_m", "std_z_m", "std_rx_rad", "std_ry_rad", "std_rz_rad",
@@ -133,7 +133,7 @@ def write(path, result: MotionError, smooth: bool) -> None:
     for time_s, row, is_corrected in zip(poses.time_s, values, poses.is_corrected):
         fields = ["" if np.isnan(value) else f"{value:.10g}" for value in row]
         lines.append(",".join((f"{time_s:.9f}", *fields, str(int(is_corrected)))))
-    write_whole(path, "\n".join(lines) + "\n")
+    return "\n".join(lines) + "\n"
 
 
 def refuse_others(options, known, what):
@@ -163,6 +163,7 @@ def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=Fa
         raise PoseError(f"--plot must end in {', '.join(PICTURES)}; is '{plot}'")
     if plot is not None and importlib.util.find_spec("matplotlib") is None:
         raise PoseError("--plot needs matplotlib: install the package python3-matplotlib")
+    refuse_input_as_output({"--out": out, "--plot": plot}, [poses, reference])
     given, known_path = read_both(poses, reference, reader)
     known, verified = chosen_timing(given, timing, known_path)
     result = motion_error(given, known)
@@ -174,14 +175,14 @@ def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=Fa
         found["reference"] = {"file": known_path.name, "given_rms_m": given_m,
                               "corrected_rms_m": rms_by_reference(corrected, known_path) if is_changed else given_m,
                               "multiplexing": verified["multiplexing"] if verified else None}
-    if out is not None:
-        write(out, result, bool(smooth))
+    contents: dict[str, str | bytes] = {} if out is None else {out: corrected_csv(result, bool(smooth))}
     if plot is not None:
         from . import plot as drawing
 
         picture = io.BytesIO()
         drawing.motion_error(result).savefig(picture, format=os.path.splitext(plot)[1][1:])
-        write_whole(plot, picture.getvalue())
+        contents[plot] = picture.getvalue()
+    write_all(contents)
     return found
 
 
@@ -191,7 +192,7 @@ def place_of(text):
         return None
     try:
         place = [float(word) for word in (text.split(",") if isinstance(text, str) else text)]
-    except ValueError:
+    except (TypeError, ValueError):
         place = []
     if len(place) != 3 or not np.all(np.isfinite(place)):
         raise PoseError(f"--place must be three numbers x,y,z in m; is '{text}'")
@@ -201,6 +202,7 @@ def place_of(text):
 def run_trajectory(trajectory, kappa="exact", loop="open", rate_hz=None, place=None, out=None, **reader) -> dict:
     """Errors by the paper's formulas along the path of a file. rate_hz: updates per second; of a file without time, that of its rows; or both, UPDATES,POSES. Raises PoseError, OSError."""
     refuse_others(reader, READER_OPTIONS, "--trajectory")
+    refuse_input_as_output({"--out": out}, [trajectory])
     updates, rows_hz = (number("--rate-hz", one) for one in of_both("--rate-hz", rate_hz, "UPDATES,POSES"))
     updates_hz = UPDATES_HZ if updates is None else updates
     try:

@@ -1,9 +1,30 @@
 """Output file that is written completely or not at all: the rules of board/support/output_file.hpp."""
 
+import contextlib
 import os
 import stat
+from collections.abc import Iterable
 
 ANY_WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
+RECORDED = (".csv", ".json", ".traj")  # what is read of a folder
+
+
+def _read_from(name):
+    """The file, or those of the folder. The standard input: its descriptor."""
+    if not os.path.isdir(name):
+        return [0 if name == "-" else name]
+    return [os.path.join(name, file) for file in os.listdir(name) if file.endswith(RECORDED)]
+
+
+def refuse_input_as_output(outputs: dict, inputs: Iterable) -> None:
+    """outputs: name or None by option. inputs: names of files and folders, "-" (standard input), None, or arrays. Raises ValueError if an output is an
+    input, under whatever name."""
+    named = [file for one in inputs if isinstance(one, (str, os.PathLike)) for file in _read_from(os.fspath(one))]
+    for option, output in outputs.items():
+        if output in (None, "-") or not os.path.isfile(output):
+            continue
+        if any(os.path.exists(one) and os.path.samefile(one, output) for one in named):
+            raise ValueError(f"{option} {os.fspath(output)}: is also an input file; choose another file")
 
 
 class OutputFile:
@@ -87,3 +108,13 @@ def write_whole(path: str, content: str | bytes) -> None:
     with OutputFile(path) as file:
         file.write(content)
         file.commit()
+
+
+def write_all(contents: dict[str, str | bytes]) -> None:
+    """Contents by path: all files, or none if one cannot be written. Raises ValueError, OSError as OutputFile."""
+    with contextlib.ExitStack() as stack:
+        files = [stack.enter_context(OutputFile(path)) for path in contents]
+        for file, content in zip(files, contents.values()):
+            file.write(content, flush=True)
+        for file in files:
+            file.commit()

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _tricoil
+from ._output_file import refuse_input_as_output
 from ._pivot_fit import calibrate
 from ._poses import PoseError, read
 
@@ -33,13 +34,14 @@ def pivot(poses: NDArray | str | os.PathLike, *, sensor: int | None = None, out:
 
         try:
             return of_file(os.fspath(poses), sensor, target)
-        except PoseError as error:
+        except ValueError as error:
             raise ValueError(own_names(str(error))) from None
     return of_rows(np.asarray(poses), sensor, target)
 
 
 def of_file(path: str, sensor: int | str | None, out: str) -> dict:
     """Of a file of poses of any tracker, or of the folder of a recording. Raises PoseError, OSError."""
+    refuse_input_as_output({"--out": out}, [path])
     if os.path.isdir(path):
         from ._run import load
 
@@ -49,13 +51,14 @@ def of_file(path: str, sensor: int | str | None, out: str) -> dict:
     poses = read(path, sensor=sensor, rate_hz=1)  # a file without time is in order of time
     if poses.quaternion_wxyz is None:
         raise PoseError(f"{path}: has positions only; attitudes are needed for the tip")
-    number = int(poses.sensor) if poses.sensor.isdecimal() else 0
-    if not 0 <= number < SENSORS:
-        raise PoseError(f"{path}: sensor {number} must be 0 to {SENSORS - 1}")
+    number = int(poses.sensor) if poses.sensor in map(str, range(SENSORS)) else 0
     covariance = np.zeros((len(poses), 6, 6))
     if poses.deviation is not None and np.isfinite(poses.deviation).all():
         covariance[:, range(6), range(6)] = poses.deviation**2
-    return named(of_arrays, path, poses.position_m, poses.quaternion_wxyz, covariance, number, poses.left_out, out)
+    found = named(of_arrays, path, poses.position_m, poses.quaternion_wxyz, covariance, number, poses.left_out, out)
+    if poses.sensor not in ("", str(number)):
+        found["warnings"] = [*found["warnings"], f"sensor {poses.sensor} of the file is written as sensor {number}: tricoil has the sensors 0 to {SENSORS - 1}"]
+    return found
 
 
 def named(function, path, *arguments):

@@ -42,27 +42,37 @@ class Path:
     """Rows of position (m) and rotation vector (rad) at a fixed rate, with the names of their parts."""
 
     def __init__(self, rate_hz: float, start: NDArray):
-        self.rate_hz, self.rows, self.parts = rate_hz, [start[None]], []
+        self.rate_hz, self.rows, self.parts, self.count = rate_hz, [start[None]], [], 1
+
+    def _extend(self, count: int):
+        """Before rows are made. Raises PoseError."""
+        self.count += count
+        if self.count - 1 > LONGEST_S * self.rate_hz:
+            raise PoseError(f"--limits, --turn-limits: the plan takes more than {LONGEST_S:g} s, which is the longest; give larger limits, or a smaller grid or box")
 
     @property
     def here(self) -> NDArray:
         return self.rows[-1][-1]
 
     def begin(self, name: str):
-        self.parts.append((name, sum(map(len, self.rows))))
+        self.parts.append((name, self.count))
 
     def rest(self, seconds: float):
-        self.rows.append(np.repeat(self.here[None], max(1, round(seconds * self.rate_hz)), axis=0))
+        count = max(1, round(seconds * self.rate_hz))
+        self._extend(count)
+        self.rows.append(np.repeat(self.here[None], count, axis=0))
 
     def go(self, there: NDArray, seconds: float):
         """A smooth move from rest to rest."""
         count = int(np.ceil(seconds * self.rate_hz))
+        self._extend(count)
         if count:
             u = np.arange(1, count + 1)[:, None] / count
             self.rows.append(self.here + (there - self.here) * (10 * u**3 - 15 * u**4 + 6 * u**5))
 
     def add(self, offsets: NDArray):
         """Offsets (N, 6) that begin and end with 0."""
+        self._extend(len(offsets))
         self.rows.append(self.here + offsets)
 
 
@@ -186,8 +196,9 @@ def numbers(option, value, default, count, least=0.0) -> NDArray:
     except (TypeError, ValueError):
         found = np.zeros(0)
     if found.shape != (count,) or not np.isfinite(found).all() or not (found > least).all():
-        what = "a number" if count == 1 else f"{count} numbers, separated by commas"
-        raise PoseError(f"{option} must be {what}{' larger than 0' if least == 0 else ''}; is '{value}'")
+        larger = " larger than 0" if least == 0 else ""
+        what = f"a number{larger}" if count == 1 else f"{count} numbers{larger}, separated by commas"
+        raise PoseError(f"{option} must be {what}; is '{value}'")
     return found
 
 

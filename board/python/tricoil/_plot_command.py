@@ -5,7 +5,7 @@ import tempfile
 
 from . import _tricoil
 from ._drawing import draw
-from ._output_file import OutputFile
+from ._output_file import OutputFile, refuse_input_as_output
 
 PICTURES = (".svg", ".png")
 WITHOUT_ANGLES = ("boresight", "euler")
@@ -19,6 +19,7 @@ def run(poses, words, out=None, stages=()) -> dict:
     extension = ".svg" if out == "-" else os.path.splitext(out)[1]
     if extension not in PICTURES:
         raise ValueError(f"--out {out}: must end with .svg or .png")
+    refuse_input_as_output({"--out": out}, [poses])
     is_recording = os.path.isdir(poses)
     if not is_recording and not os.access(poses, os.R_OK):
         raise ValueError(f"{poses}: cannot be opened; check the path and its permissions")

@@ -73,6 +73,7 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
         q /= length[:, None]
     if deviation is not None:
         refuse((deviation < 0).any(axis=1), "a standard deviation is negative")
+        refuse(((deviation > LARGEST_M) & np.isfinite(deviation)).any(axis=1), f"a standard deviation is larger than {LARGEST_M:g}; correct it, or the unit")
     step = np.diff(time_s)
     same = step == 0
     if same.any():

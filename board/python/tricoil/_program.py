@@ -193,6 +193,14 @@ def interrupt(number, _):
     raise Interrupted(number)
 
 
+# Of NumPy's LinAlgError, which is no ValueError in every version, too.
+NUMERICAL = "the calculation fails with these numbers ({}); correct the size or the unit of the values in the input"
+
+
+def is_numerical(error):
+    return isinstance(error, ArithmeticError) or type(error).__name__ == "LinAlgError"
+
+
 def start(name, words):
     # Of matplotlib: its list of fonts is kept where it is for every program; no folder of settings is read or made.
     os.environ["MPLCONFIGDIR"] = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "matplotlib")
@@ -221,6 +229,10 @@ def main():
         refuse(f"{error.filename}: {error.strerror}" if error.filename else error, 2 if isinstance(error, (FileNotFoundError, PermissionError)) else 3)
     except MemoryError:
         refuse("out of memory; the input is too large for this machine", 3)
+    except Exception as error:
+        if not is_numerical(error):
+            raise
+        refuse(NUMERICAL.format(error))
     except KeyboardInterrupt as error:
         refuse("interrupted; nothing was written", 128 + (error.args or (signal.SIGINT,))[0])
 

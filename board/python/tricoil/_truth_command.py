@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from . import _chain, _inertial
 from ._dynamic import number
-from ._motion_command import PICTURES, READER_OPTIONS, write_whole
+from ._motion_command import PICTURES, READER_OPTIONS, refuse_input_as_output, write_whole
 from ._poses import PoseError, read
 from ._truth import Truth, fused
 
@@ -129,6 +129,7 @@ def run(files, out=None, plot=None, **options):
         raise PoseError(f"--plot must end in {', '.join(PICTURES)}; is '{plot}'")
     if plot is not None and importlib.util.find_spec("matplotlib") is None:
         raise PoseError("--plot needs matplotlib: install the package python3-matplotlib")
+    refuse_input_as_output({"--out": out, "--plot": plot}, [*files, *(options.get(name) for name in ("imu", "joints", "chain"))])
     truth = truth_of(files, **options)
     if out is not None:
         write_whole(out, csv_text(truth))

@@ -2,14 +2,13 @@
 
 import dataclasses
 import os
-import re
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-LONGEST_FILE = 1 << 16
+from . import _tricoil
+
 OF_COILS_COMMENT = "# wiring corrected"  # above couplings to which a wiring was applied: board/support/table.hpp
-LINE = re.compile(r"\s*(?:(sensor|source)\s*=\s*\[((?:\s*-?[123]\s*,?){3})\]\s*)?(?:#.*)?", re.ASCII)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -52,22 +51,9 @@ class Wiring:
 
 
 def read_wiring(path: str | os.PathLike) -> Wiring:
-    """Reads the file that `tricoil calibrate wiring --out` wrote. Raises ValueError with file and line, and OSError if it cannot be read."""
-    with open(path, "rb") as file:
-        text = file.read(LONGEST_FILE).decode(errors="replace")
-    orders = {}
-    for number, line in enumerate(text.splitlines(), 1):
-        match = LINE.fullmatch(line)
-        if not match or match[1] in orders:
-            raise ValueError(f"{os.fspath(path)}:{number}: is not a line such as sensor = [1, -2, 3]")
-        if match[1]:
-            orders[match[1]] = tuple(int(coil) for coil in re.findall(r"-?\d", match[2]))
-    if len(orders) != 2:
-        raise ValueError(f"{os.fspath(path)}: has not both keys, sensor and source; write it by tricoil calibrate wiring --out")
-    try:
-        return Wiring(**orders)
-    except ValueError as error:
-        raise ValueError(f"{os.fspath(path)}: {error}") from None
+    """Reads the file that `tricoil calibrate wiring --out` wrote. Raises ValueError with file and line, and OSError if a disk fails."""
+    sensor, source = _tricoil.read_wiring(os.fspath(path))
+    return Wiring(tuple(sensor), tuple(source))
 
 
 def wiring_of(value: Wiring | str | os.PathLike | None) -> Wiring:

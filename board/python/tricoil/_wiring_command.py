@@ -6,7 +6,7 @@ import os
 import numpy as np
 
 from ._coupling_table import read_couplings
-from ._output_file import OutputFile
+from ._output_file import OutputFile, refuse_input_as_output
 from ._wiring import Wiring
 
 DISTINCT = 0.08  # minimum of the magnitudes of the direction's components, and of their differences
@@ -53,20 +53,19 @@ def _text_of(order):
     return ", ".join(f"channel {n} = coil {abs(coil)}{' reversed' if coil < 0 else ''}" for n, coil in enumerate(order, 1))
 
 
-def _refuse_files(files, out):
+def _refuse_repeated(files):
     seen = set()
     for path in map(os.fspath, files):
         place = os.path.realpath(path)
         if place in seen:
             raise ValueError(f"{path}: given twice; give each file once")
         seen.add(place)
-    if out is not None and os.path.realpath(out) in seen:
-        raise ValueError(f"--out {out}: is also an input file; choose another file")
 
 
 def run(files, at, out=None) -> dict:
     """What `tricoil calibrate wiring --json` prints. out: file for a wiring that is certain. Raises ValueError; OSError if a disk fails."""
-    _refuse_files(files, out)
+    _refuse_repeated(files)
+    refuse_input_as_output({"--out": out}, files)
     wiring, misfit, second = identify(np.concatenate([read_couplings(path) for path in files]), at)
     is_certain = misfit < MOST_MISFIT and second > SECOND_SHARE * misfit + SECOND_MISFIT
     if out is not None and is_certain:
