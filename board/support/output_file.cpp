@@ -131,8 +131,11 @@ void OutputFile::write(std::string_view text) {
 
 void OutputFile::replace(std::size_t at, std::string_view text) {
     flush();
-    if (!aside_.empty() && ::pwrite(file_.get(), text.data(), text.size(), static_cast<off_t>(at)) < 0) {
-        fail();
+    if (!aside_.empty()) {  // a regular file
+        (void)::lseek(file_.get(), static_cast<off_t>(at), SEEK_SET);
+        buffer_ = text;
+        flush();
+        (void)::lseek(file_.get(), 0, SEEK_END);
     }
 }
 

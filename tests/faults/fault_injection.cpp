@@ -127,6 +127,11 @@ ssize_t write(int descriptor, const void* data, std::size_t size) {
     return fails("write", descriptor) ? -1 : real(descriptor, data, size);
 }
 
+ssize_t pwrite(int descriptor, const void* data, std::size_t size, off_t at) {
+    static const auto real = next<ssize_t (*)(int, const void*, std::size_t, off_t)>("pwrite");
+    return fails("write", descriptor) ? -1 : real(descriptor, data, size, at);
+}
+
 ssize_t writev(int descriptor, const iovec* parts, int count) {
     static const auto real = next<ssize_t (*)(int, const iovec*, int)>("writev");
     return fails("write", descriptor) ? -1 : real(descriptor, parts, count);

@@ -193,6 +193,21 @@ TEST_F(Faults, AnOlderFileOutlivesAFailure) {
     }
 }
 
+/// Also that of the header of a WAV file, which is written again at the end.
+TEST_F(Faults, AnInterruptedWriteIsRepeated) {
+    const std::string run = "run --scenario still --duration 0.2 --record-wav " + out_;
+    ASSERT_EQ(tricoil(run).exit_code, 0);
+    const std::string whole = read_file(out_);
+    int interrupted = 0;
+    for (bool is_last = false; !is_last; ++interrupted) {
+        const auto result = tricoil_with_fault(run, "'write!'", interrupted + 1, EINTR, out_);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        EXPECT_EQ(read_file(out_), whole);
+        is_last = tricoil_with_fault(run, "'write!'", interrupted + 1, EIO, out_).exit_code == 0;  // there are no more
+    }
+    EXPECT_GT(interrupted, 2);
+}
+
 TEST_F(Faults, RecordingOnAFailingDiskIsReported) {
     const std::string folder = path_in_temp("failing");
     const std::string journal = folder + "/inputs.csv";  // never renamed

@@ -165,6 +165,24 @@ TEST(LineInput, AnEndlessLineIsCutAndItsRestIsNoLine) {
     EXPECT_THAT(lines_of(input, 1), ::testing::ElementsAre("of another client"));
 }
 
+/// The longest line, with either line end; one more character is cut, whatever the last byte is.
+TEST(LineInput, ALineIsCutOnlyIfItIsTooLong) {
+    const std::string longest(linux_board::LineInput::kLongestLine, 'x');
+    for (const auto& [text, is_cut] : std::vector<std::pair<std::string, bool>>{{longest, false},
+                                                                                {longest + "\r", false},
+                                                                                {longest + "x", true},
+                                                                                {longest.substr(1) + "\rx", true},
+                                                                                {longest + "\rx", true}}) {
+        linux_board::LineInput input("columns:", write_file("long.txt", text + "\nnext\n"));
+        const auto first = lines_of(input, 1);
+        EXPECT_EQ(input.was_cut(), is_cut) << text.size();
+        ASSERT_EQ(first.size(), 1U);
+        EXPECT_EQ(first[0].size(), longest.size());
+        EXPECT_THAT(lines_of(input, 1), ::testing::ElementsAre("next"));
+        EXPECT_FALSE(input.was_cut());
+    }
+}
+
 std::string column_line(int state, int time_us) {
     return nlohmann::json{{"time_us", time_us}, {"state", state}, {"in_phase", {0.1 * state, 0.02, 0.03}}, {"sigma", 1e-5}}
         .dump();

@@ -32,9 +32,10 @@ std::string header(std::uint32_t rate_hz, std::uint64_t bytes) {
 }  // namespace
 
 Status WavRecorder::do_start(const signal::AcquisitionPlan& plan) {
+    const bool is_first = rate_hz_ == 0;
     rate_hz_ = static_cast<std::uint32_t>(std::lround(plan.params.sample_rate_hz));
     scaled_.resize(static_cast<std::size_t>(plan.block_samples));
-    if (bytes_ == 0) {
+    if (is_first) {
         file_.write(header(rate_hz_, kStreamLength));
     }
     return sampler_.start(plan);
