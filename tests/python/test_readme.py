@@ -1,5 +1,6 @@
 """The examples of board/python/README.md run as they stand, each as a program of its own."""
 
+import os
 import pathlib
 import re
 import subprocess
@@ -22,7 +23,8 @@ class Readme(unittest.TestCase):
                 program = pathlib.Path(folder) / "example.py"
                 program.write_text(text, encoding="utf-8")
                 command = [sys.executable, "-W", "error", "-W", TORNADO, program]
-                done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+                own = {**os.environ, "DASK_TEMPORARY_DIRECTORY": folder}  # Dask reports what a killed program left in a shared one
+                done = subprocess.run(command, cwd=folder, env=own, capture_output=True, text=True, timeout=120)
                 self.assertEqual((done.returncode, done.stderr), (0, ""), text)
 
 
