@@ -174,6 +174,16 @@ class Fusion(Folder):
         np.testing.assert_allclose(result.inertial["lever_m"], cases.LEVER_M, atol=1e-6)
         np.testing.assert_allclose(result.inertial["mount_wxyz"], (w, x, y, z), atol=1e-6)
 
+    def test_a_long_gap_is_not_bridged(self):
+        """The path before and after it is as good as elsewhere."""
+        case, motion = cases.generated(9.0)
+        optics, imu = cases.files(self.folder, case, (case[0] < 5) | (case[0] > 6.6))
+        path = tricoil.truth(optics, imu=imu)
+        position, _ = motion(path.poses.time_s)
+        beside = (abs(path.poses.time_s - 5) < 0.3) | (abs(path.poses.time_s - 6.6) < 0.3)
+        self.assertFalse(np.any((path.poses.time_s > 5.01) & (path.poses.time_s < 6.59)))
+        self.assertLess(cases.rms((path.poses.position_m - position)[beside]), 2e-4)
+
     def test_without_inertial_sensor(self):
         (time_s, position, q, *_), motion = cases.generated()
         for columns in ({"qw,qx,qy,qz": q}, {}):
@@ -214,6 +224,14 @@ class Fusion(Folder):
                                     ("imu", pathlib.Path(imu).read_text().replace("\n0.4,", "\n0.4,nan", 1), "not finite|not a number")):
             with self.subTest(message), self.assertRaisesRegex(ValueError, message):
                 tricoil.truth(optics, imu=self.write("bad.csv", text))
+        rest = np.tile(position[:1], (len(time_s), 1)), np.tile(q[:1], (len(time_s), 1))
+        still, only = cases.table(self.folder / "still.csv", {"time_s": time_s, "x_m,y_m,z_m": rest[0], "qw,qx,qy,qz": rest[1]}), {"time_s": time_s + 1.7, "acc_x,acc_y,acc_z": acc}
+        alone = cases.table(self.folder / "acc.csv", only)
+        fast = cases.table(self.folder / "fast.csv", {"timestamp": 1000 * time_s, "acc_x,acc_y,acc_z": acc, "gyr_x,gyr_y,gyr_z": gyro})
+        for poses, sensor, options, message in ((still, imu, {}, "turns too little"), (optics, alone, {"mount_wxyz": (1, 0, 0, 0)}, "no gyroscope"), (optics, fast, {}, "time_ms"),
+                                                (optics, alone, {"mount_wxyz": (1, 0, 0, 0), "same_clock": True}, "bias of")):
+            with self.subTest(message), self.assertRaisesRegex(ValueError, message):
+                tricoil.truth(poses, imu=sensor, **options)
         late = cases.table(self.folder / "late.csv", {"time_s": time_s + 60, "acc_x,acc_y,acc_z": acc, "gyr_x,gyr_y,gyr_z": gyro})
         with self.assertRaisesRegex(ValueError, "does not overlap"):
             tricoil.truth(optics, imu=late, same_clock=True)

@@ -26,6 +26,7 @@ ACCELERATING_M_S2 = 0.5  # a slower motion does not show mirrored axes
 LOWEST_CORRELATION = 0.6
 MOST_LEFT = 0.3  # share of the squared angular rates that a mounting does not explain
 TURNING_RAD_S = 0.1
+SLOWEST_S = 0.2  # usual interval of the rows
 GAP = 4.0  # a longer pause is a gap, in median intervals
 
 
@@ -72,6 +73,8 @@ def read(path, time_unit=None) -> Inertial:
     falls = np.flatnonzero(np.diff(time_s) <= 0)
     if len(falls):
         raise PoseError(f"{content.where(int(falls[0]) + 1)}: time does not increase")
+    if (usual := float(np.median(np.diff(time_s)))) > SLOWEST_S:
+        raise PoseError(f"{name}: its rows are {usual:.4g} s apart; if the time is in ms or us, name the column time_ms or time_us")
     both = {kind: factors[kind] * np.column_stack([values[columns[kind, axis]] for axis in range(3)]) for kind in kinds}
     if "acc" in both:
         check_gravity(both["acc"], name)

@@ -12,7 +12,8 @@ from ._fusion import ACC_AXES, CONSTANTS, GRAVITY, GYRO_AXES, LEVER, MOUNT, OFFS
 from ._poses import Poses, PoseError
 
 FEWEST = 20
-LONGEST_GAP_S = 1.0  # a longer gap is not bridged
+LONGEST_GAP_S = 1.0  # a longer gap is not bridged: the path before it and the one after it are fused apart
+MOST_ACC_BIAS_M_S2, MOST_GYRO_BIAS_RAD_S = 2.0, 0.3  # ten times those of a usual sensor
 PIECE, OVERLAP = 6000, 600  # nodes
 OFFSET_S = 0.02  # deviation of the first clock offset
 MERGED_S = 2e-5  # the equations of nodes that are closer are ill-conditioned
@@ -88,6 +89,11 @@ def without_ends(poses, begin, end, why):
                                notes=(*poses.notes, f"{np.sum(~keep)} poses are not {why}"))
 
 
+def parts_of(time_s):
+    """The times between gaps of more than LONGEST_GAP_S."""
+    return np.split(time_s, np.flatnonzero(np.diff(time_s) > LONGEST_GAP_S) + 1)
+
+
 class Fuser:
     """Streams on one clock, and the fusion of parts of them."""
 
@@ -112,8 +118,10 @@ class Fuser:
             if share is not None:
                 found = _inertial.first_mount(inertial, first, self.turn, 0.0 if same_clock else offset_s, share)
                 self.mount = self.mount if mount is not None else found
-        elif mount is None and inertial.acc is not None:
-            raise PoseError(f"{inertial.name}: has no gyroscope; give its attitude in the body with --mount QW,QX,QY,QZ")
+            elif mount is None or not same_clock:
+                raise PoseError(f"{first.name}: turns too little to show attitude and clock of the inertial sensor; give --mount and --same-clock, or leave out --imu")
+        elif mount is None or not same_clock:
+            raise PoseError(f"{inertial.name}: has no gyroscope, so give its attitude in the body with --mount QW,QX,QY,QZ, and --same-clock")
         self.offset_s = 0.0 if same_clock else offset_s
         begin, end = inertial.time_s[0] - self.offset_s, inertial.time_s[-1] - self.offset_s
         if min(end, first.time_s[-1]) - max(begin, first.time_s[0]) < 1:
@@ -169,7 +177,8 @@ class Fuser:
     def learn(self):
         """Noise and constants, from the part with most motion."""
         begin = self.busiest()
-        nodes_s = nodes_of(self.first.time_s[(self.first.time_s >= begin) & (self.first.time_s <= begin + _fusion_noise.LONGEST_S)], self.step_s)
+        window = self.first.time_s[(self.first.time_s >= begin) & (self.first.time_s <= begin + _fusion_noise.LONGEST_S)]
+        nodes_s = nodes_of(max(parts_of(window), key=len), self.step_s)
         m = self.measurement(nodes_s, 0)
         start = _fusion_noise.first_noise(self.acc, self.gyro, self.turn is not None)
         self.noise, fusion, self.constants = _fusion_noise.learned(
@@ -194,17 +203,26 @@ class Fuser:
 
     def path(self):
         """Rows of the whole path: time, position, quaternion, covariance, velocity, rate."""
-        nodes_s = self.nodes(self.first.time_s[0], self.first.time_s[-1])
-        rows = []
-        for begin in range(0, len(nodes_s), PIECE):
-            first, last = max(0, begin - OVERLAP), min(len(nodes_s), begin + PIECE + OVERLAP)
-            if last - first < FEWEST:
-                first = max(0, last - FEWEST)
-            fusion, s = self.piece(nodes_s[first:last])
-            keep = np.arange(begin, min(begin + PIECE, len(nodes_s))) - first
-            rows.append(self.rows(fusion, s, keep))
-        self.result = s
+        rows, self.left_out = [], 0
+        for nodes_s in parts_of(self.nodes(self.first.time_s[0], self.first.time_s[-1])):
+            if len(nodes_s) < FEWEST:
+                self.left_out += len(nodes_s)
+                continue
+            for begin in range(0, len(nodes_s), PIECE):
+                first, last = max(0, begin - OVERLAP), min(len(nodes_s), begin + PIECE + OVERLAP)
+                fusion, s = self.piece(nodes_s[first:last])
+                self.check_biases(s)
+                rows.append(self.rows(fusion, s, np.arange(begin, min(begin + PIECE, len(nodes_s))) - first))
+                self.result = s
+        if not rows:
+            raise PoseError(f"{self.first.name}: no {FEWEST} poses without a gap of {LONGEST_GAP_S:g} s")
         return [np.concatenate(one) for one in zip(*rows)]
+
+    def check_biases(self, s):
+        for sensor, bias, most, unit in ((self.acc, s.acc_bias, MOST_ACC_BIAS_M_S2, "m/s2"), (self.gyro, s.gyro_bias, MOST_GYRO_BIAS_RAD_S, "rad/s")):
+            largest = 0 if sensor is None else np.abs(bias).max()
+            if largest > most:
+                raise PoseError(f"{self.inertial.name}: would need a bias of {largest:.2g} {unit}; are its clock and attitude right, and is it on the same body?")
 
     def rows(self, fusion, s, keep):
         every = Measurement(keep, None, None, None)
@@ -252,6 +270,7 @@ def fused(streams, inertial=None, lever_m=None, mount=None, same_clock=False) ->
                  "acc_bias_m_s2": s.acc_bias.mean(axis=0).tolist() if fuser.acc else None, "gyro_bias_rad_s": s.gyro_bias.mean(axis=0).tolist() if fuser.gyro else None,
                  "acc_noise": float(np.sqrt(noise.acceleration)) if fuser.acc else None, "gyro_noise": float(np.sqrt(noise.rate)) if fuser.gyro else None}
     is_bridged = ~np.isin(time_s, np.concatenate([one.time_s for one in fuser.streams]))
-    notes = tuple(f"{one.name}: {note}" for one in (*fuser.streams, *([inertial] if inertial else [])) for note in one.notes)
+    alone = (f"{first.name}: {fuser.left_out} poses between long gaps are left out",) if fuser.left_out else ()
+    notes = alone + tuple(f"{one.name}: {note}" for one in (*fuser.streams, *([inertial] if inertial else [])) for note in one.notes)
     poses = Poses(time_s + origin_s, position, None if fuser.turn is None else q, first.name, notes)
     return Truth(poses, covariance, velocity, rate, is_bridged, found, facts)
