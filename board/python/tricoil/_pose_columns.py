@@ -271,6 +271,7 @@ def quaternions(table, columns, kind, found):
 def of_matrices(table, matrices):
     from scipy.spatial.transform import Rotation
 
+    matrices = np.clip(matrices, -1e9, 1e9)  # the square of a larger number may be infinite
     square = abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
     for bad, why in ((square > 0.02, "the matrix is no rotation: its rows are not orthogonal unit vectors"),
                      (np.linalg.det(matrices) < 0, "the matrix is a reflection: these data are left-handed; change the sign of one axis in positions and attitudes")):
