@@ -1,12 +1,11 @@
 """NumPy and MATLAB files wherever a table is taken: the same result as from text."""
 
 import importlib.util
-import os
 import random
-import tempfile
 import unittest
 
 import numpy as np
+from folder_case import FolderCase
 import tricoil
 from test_demodulate import CARRIERS_HZ, RATE_HZ, at_once
 from tricoil._array_file import arrays_of, table_of
@@ -22,15 +21,7 @@ ARRAYS = {"time_s": 0.01 * np.arange(COUNT), "position_m": POSITION_M, "q_wxyz":
 HEADER = "time_s,x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33"
 
 
-class Arrays(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
+class Arrays(FolderCase):
     def files(self, arrays):
         """The same arrays in all formats."""
         np.savez(self.path("a.npz"), **arrays)

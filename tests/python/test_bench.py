@@ -3,10 +3,10 @@
 import json
 import os
 import subprocess
-import tempfile
 import unittest
 
 import numpy as np
+from folder_case import FolderCase
 import tricoil
 from bench_cases import AXIS, DAMPING, HOLES_M, NAMES, OMEGA, TIP_M, board_csv, board_xml, mha, pendulum, pivots_at, poses_of, rests_at
 from scipy.spatial.transform import Rotation
@@ -16,11 +16,9 @@ ORDER = (0, 1, 2, 3, 4, 5, 6, 7)
 STRAIN = np.diag((1, 1, 0.983))  # distances along z are measured 1.7 % too short
 
 
-class Files(unittest.TestCase):
+class Files(FolderCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
+        super().setUp()
         self.board = self.write("board.csv", board_csv())
 
     def write(self, name, text):

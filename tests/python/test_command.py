@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 import tempfile
 import threading
@@ -37,6 +38,11 @@ class Command(unittest.TestCase):
         with self.assertRaises(KeyboardInterrupt):
             tricoil.command("run", duration=100000)
         timer.join()
+
+    def test_the_import_needs_no_scipy(self):
+        """Most calls do not use it, and its import takes longer than the package's."""
+        light = "import sys, tricoil, tricoil.plot; sys.exit('scipy' in sys.modules)"
+        self.assertEqual(subprocess.run([sys.executable, "-c", light], check=False).returncode, 0)
 
     def test_bad_input(self):
         for name, options, message in (

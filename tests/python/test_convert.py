@@ -2,10 +2,10 @@
 
 import os
 import subprocess
-import tempfile
 import unittest
 
 import numpy as np
+from folder_case import FolderCase
 import tricoil
 from scipy.spatial.transform import Rotation
 from tricoil import _convert
@@ -20,12 +20,7 @@ def poses(sensor="1"):
     return tricoil.Poses(t, position, turns.as_quat()[:, [3, 0, 1, 2]], "given", sensor=sensor)
 
 
-class Convert(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-
+class Convert(FolderCase):
     def write(self, name, text):
         path = os.path.join(self.folder, name)
         with open(path, "w", encoding="utf-8") as file:

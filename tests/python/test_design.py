@@ -5,12 +5,12 @@ import math
 import os
 import re
 import subprocess
-import tempfile
 import unittest
 import zlib
 
 import numpy as np
 import scipy.special
+from folder_case import FolderCase
 import tricoil
 from tricoil import _coil, _design, _grid_page
 
@@ -18,19 +18,9 @@ COILS = {"turns": 40, "radius": 0.03, "current": 1, "noise": 3e-9, "wire": 8e-4,
 WORDS = [f"--{name.replace('_', '-')}={value}" for name, value in COILS.items()]
 
 
-class Folder(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-
-    def at(self, name):
-        return os.path.join(self.folder, name)
-
-
-class Simulation(Folder):
+class Simulation(FolderCase):
     def run_of(self, range_m, mux, **more):
-        file = self.at("coils.toml")
+        file = self.path("coils.toml")
         found = tricoil.command("design", **COILS, ranges=[range_m], mux=mux, scenario=file, **more)
         run = tricoil.run(file, mux=mux, duration_s=5, deskew=mux == "fdm", rate_hz=found["rate_hz"])
         return found["ranges"][0], run
@@ -51,7 +41,7 @@ class Simulation(Folder):
     def test_farthest_valid_pose(self):
         farthest_m = _design.design(**{**COILS, "wire": None, "noise": 1e-7})["farthest_m"]
         for share, is_valid in ((0.95, True), (1.05, False)):
-            file = self.at("coils.toml")
+            file = self.path("coils.toml")
             tricoil.command("design", **{**COILS, "noise": 1e-7}, ranges=[share * farthest_m], scenario=file)
             self.assertEqual(np.mean(tricoil.run(file, duration_s=1).poses["valid"]) > 0.5, is_valid, share)
 
@@ -106,7 +96,7 @@ class Formulas(unittest.TestCase):
         self.assertEqual((same["sensor"]["turns"], same["sensor"]["radius_m"], same["source"]["inductance_h"]), (40, 0.03, None))
 
 
-class Program(Folder):
+class Program(FolderCase):
     def program(self, *words):
         return subprocess.run([os.environ["TRICOIL_PROGRAM"], "design", *words], capture_output=True, text=True, cwd=self.folder, check=False)
 
@@ -121,7 +111,7 @@ class Program(Folder):
         done = self.program(*WORDS, "--ranges", "0.5,1", "--plot", "design.svg")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("moment 0.1131 A m^2", done.stdout)
-        with open(self.at("design.svg"), encoding="utf-8") as file:
+        with open(self.path("design.svg"), encoding="utf-8") as file:
             self.assertIn("<svg", file.read())
 
     def test_numbers_at_their_limits(self):
@@ -144,14 +134,14 @@ class Program(Folder):
         self.assertEqual(os.listdir(self.folder), [])
 
 
-class Grid(Folder):
+class Grid(FolderCase):
     def setUp(self):
         super().setUp()
-        self.found = tricoil.command("design", grid_pdf=self.at("grid.pdf"), spacing_mm=40)
+        self.found = tricoil.command("design", grid_pdf=self.path("grid.pdf"), spacing_mm=40)
 
     def test_true_scale(self):
         """Lines of the page, in mm."""
-        with open(self.at("grid.pdf"), "rb") as file:
+        with open(self.path("grid.pdf"), "rb") as file:
             content = file.read()
         self.assertIn(b"/MediaBox [ 0 0 841.8897637795 595.2755905512 ]", content)
         page = b"".join(zlib.decompress(part) for part in re.findall(rb"FlateDecode.*?stream\r?\n(.*?)\r?\nendstream", content, re.S)[:1])
@@ -166,7 +156,7 @@ class Grid(Folder):
     def test_calibration_on_its_nodes(self):
         """Six attitudes at each node, the sensor 10 mm above the paper."""
         random = np.random.default_rng(1)
-        with open(self.at("grid.csv"), encoding="utf-8") as file:
+        with open(self.path("grid.csv"), encoding="utf-8") as file:
             names, *nodes = file.read().split()
         self.assertEqual(len(nodes), self.found["columns"] * self.found["rows"])
         lines = [names + "".join(f",x{i}{j}" for i in "123" for j in "123")]
@@ -175,9 +165,9 @@ class Grid(Folder):
             for _ in range(6):
                 X = tricoil.couplings([0.25 + 1e-3 * x_mm, 1e-3 * y_mm - 0.08, 0.01], random.normal(size=4), coupling_constant=5e-3)
                 lines.append(node + "".join(f",{x:.9g}" for x in (X * (1 + 1e-4 * random.normal(size=(3, 3)))).flat))
-        with open(self.at("filled.csv"), "w", encoding="utf-8") as file:
+        with open(self.path("filled.csv"), "w", encoding="utf-8") as file:
             file.write("\n".join(lines) + "\n")
-        result = tricoil.command("calibrate grid", self.at("filled.csv"), spacing_mm=40, out=self.at("cal.toml"))
+        result = tricoil.command("calibrate grid", self.path("filled.csv"), spacing_mm=40, out=self.path("cal.toml"))
         self.assertAlmostEqual(result["coupling_constant"] / 5e-3, 1, delta=2e-3)
 
     def test_smallest_and_largest(self):

@@ -5,10 +5,10 @@ import json
 import os
 import struct
 import subprocess
-import tempfile
 import unittest
 
 import numpy as np
+from folder_case import FolderCase
 from tricoil import demodulate
 from tricoil._wav_samples import WavSamples
 
@@ -43,15 +43,7 @@ def samples_of(path):
     return wav.rate_hz, np.concatenate(parts)
 
 
-class Wav(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
+class Wav(FolderCase):
     def program(self, *words, code=0):
         done = subprocess.run([os.environ["TRICOIL_PROGRAM"], *map(str, words)], capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, code, done.stderr)

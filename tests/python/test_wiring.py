@@ -3,10 +3,10 @@
 import itertools
 import os
 import subprocess
-import tempfile
 import unittest
 
 import numpy as np
+from folder_case import FolderCase
 import tricoil
 from tricoil._wiring_command import ORDERS, identify
 
@@ -55,11 +55,9 @@ class Identification(unittest.TestCase):
         self.assertFalse(misfit < 0.3 and second > 1.5 * misfit + 0.02)
 
 
-class Files(unittest.TestCase):
+class Files(FolderCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
+        super().setUp()
         self.out = os.path.join(self.folder, "wiring.toml")
 
     def file(self, name, text):

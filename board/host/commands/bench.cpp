@@ -22,7 +22,7 @@ void add_bench_command(CLI::App* sub, Action& action) {
     add_reader_options(sub);
     sub->add_flag("--json")->description("Result as JSON");
     set_examples(sub, {{"a stylus in the holes of a board", "tricoil bench divots.csv --board board.csv"}});
-    sub->callback([sub, &action] { action = [sub] { return continue_in_python(*sub); }; });
+    run_in_python(sub, action);
 }
 
 }  // namespace tricoil::host

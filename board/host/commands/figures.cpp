@@ -14,7 +14,7 @@ void add_figures_command(CLI::App* sub, Action& action) {
     sub->add_flag("--csv-only")->description("CSV files only");
     sub->add_flag("--json")->description("File names as JSON");
     set_examples(sub, {{"all figures, into the folder figures", "tricoil figures --out figures"}});
-    sub->callback([sub, &action] { action = [sub] { return continue_in_python(*sub); }; });
+    run_in_python(sub, action);
 }
 
 }  // namespace tricoil::host

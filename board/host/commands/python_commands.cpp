@@ -42,7 +42,7 @@ void add_demodulate_command(CLI::App* sub, Action& action) {
     sub->add_flag("--json")->description("Result as JSON");
     set_examples(sub,
                  {{"a capture of tricoil device capture", "tricoil demodulate capture.csv --carrier-hz 10000 --rate-hz 200000"}});
-    sub->callback([sub, &action] { action = [sub] { return continue_in_python(*sub); }; });
+    run_in_python(sub, action);
 }
 
 void add_design_command(CLI::App* sub, Action& action) {
@@ -67,7 +67,7 @@ void add_design_command(CLI::App* sub, Action& action) {
     file(sub, "--grid-pdf", "Writes a grid on A4 for calibrate grid, and its nodes as CSV beside it");
     sub->add_flag("--json")->description("Result as JSON");
     set_examples(sub, {{"coils of 40 turns", "tricoil design --turns 40 --radius 0.03 --current 1 --noise 3e-9"}});
-    sub->callback([sub, &action] { action = [sub] { return continue_in_python(*sub); }; });
+    run_in_python(sub, action);
 }
 
 }  // namespace tricoil::host

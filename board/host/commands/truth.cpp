@@ -30,7 +30,7 @@ void add_truth_command(CLI::App* sub, Action& action) {
     set_examples(
         sub, {{"optical poses with gaps, bridged by an inertial sensor", "tricoil truth optics.csv --imu imu.csv --out path.csv"},
               {"a robot", "tricoil truth --joints joints.csv --chain robot.urdf --out path.csv"}});
-    sub->callback([sub, &action] { action = [sub] { return continue_in_python(*sub); }; });
+    run_in_python(sub, action);
 }
 
 }  // namespace tricoil::host

@@ -16,6 +16,7 @@ from ._command import calibrate, command, evaluate
 from ._demodulate import demodulate
 from ._dynamic import verify
 from ._flags import Flag
+from ._ground_truth import Truth, truth
 from ._model import COUPLING_CONSTANT, couplings, solve
 from ._motion import error_budget, motion
 from ._motion_along import motion_along
@@ -28,8 +29,6 @@ from ._sweep import sweep
 from ._timing import TIMINGS, Timing
 from ._tracker import Filter
 from ._tricoil import __version__
-from ._truth import Truth
-from ._truth_command import truth
 from ._wiring import Wiring, read_wiring
 
 __all__ = [

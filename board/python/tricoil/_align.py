@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ._path import Path
 from ._poses import PoseError
+from ._rotation import crosses, rotations
 
 GRID_HZ = 100.0
 MOST_CANDIDATES = 6
@@ -226,14 +227,6 @@ def turn_of(pair, a, t, tau):
     return pair.tracker.turn(t).as_matrix() if pair.tracker.has_attitude else None
 
 
-def crosses(v):
-    """Matrices [v]x of vectors (N, 3)."""
-    out = np.zeros((len(v), 3, 3))
-    out[:, 0, 1], out[:, 0, 2], out[:, 1, 0] = -v[:, 2], v[:, 1], v[:, 2]
-    out[:, 1, 2], out[:, 2, 0], out[:, 2, 1] = -v[:, 0], -v[:, 1], v[:, 0]
-    return out
-
-
 def residuals(pair, a, rows, error_m, error_turn):
     """Measured minus expected: positions (N, 3) and rotation vectors (N, 3) or None. error_m, error_turn: predicted motion error."""
     t = pair.poses.time_s[rows]
@@ -241,7 +234,7 @@ def residuals(pair, a, rows, error_m, error_turn):
     r = pair.poses.position_m[rows] - a.scale * p - error_m
     if not pair.compares_attitude:
         return r, None
-    measured = Rotation.from_quat(pair.poses.quaternion_wxyz[rows][:, [1, 2, 3, 0]])
+    measured = rotations(pair.poses.quaternion_wxyz[rows])
     return r, (measured * (error_turn * turn).inv()).as_rotvec()
 
 

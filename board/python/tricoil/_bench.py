@@ -15,9 +15,8 @@ from ._bench_segments import LEAST_S, Segment, matrices, parse, rests_of_sensor
 from ._bench_turn import hinge, is_hinge, pendulum
 from ._board import Board, read_board
 from ._output_file import refuse_input_as_output, write_whole
-from ._poses import PoseError, Poses, read
+from ._poses import READER_OPTIONS, PoseError, Poses, read, refuse_others
 
-READER_OPTIONS = ("unit", "time_unit", "rate_hz", "rotation", "columns")
 LEAST_FOR_BOARD = 3
 LEAST = 20
 REFERENCE = "ReferenceToTrackerTransform"  # the name that PlusToolkit gives a sensor on the board
@@ -25,15 +24,15 @@ REFERENCE = "ReferenceToTrackerTransform"  # the name that PlusToolkit gives a s
 
 def relative(poses: Poses, to: Poses) -> Poses:
     """Poses in the frame of another sensor, at the times that both have."""
-    from scipy.spatial.transform import Rotation
+    from ._rotation import rotations, wxyz
 
     if poses.quaternion_wxyz is None or to.quaternion_wxyz is None:
         raise PoseError(f"{poses.name}: --relative-to needs attitudes")
     _, a, b = np.intersect1d(poses.time_s, to.time_s, return_indices=True)
     if len(a) < 2:
         raise PoseError(f"{poses.name}: --relative-to: the two sensors have no times in common")
-    inverse = Rotation.from_quat(to.quaternion_wxyz[b][:, [1, 2, 3, 0]]).inv()
-    q = (inverse * Rotation.from_quat(poses.quaternion_wxyz[a][:, [1, 2, 3, 0]])).as_quat()[:, [3, 0, 1, 2]]
+    inverse = rotations(to.quaternion_wxyz[b]).inv()
+    q = wxyz(inverse * rotations(poses.quaternion_wxyz[a]))
     notes = (*poses.notes, *(f"reference: {note}" for note in to.notes if note not in poses.notes))
     return dataclasses.replace(poses, time_s=poses.time_s[a], position_m=inverse.apply(poses.position_m[a] - to.position_m[b]), quaternion_wxyz=q, notes=notes,
                                deviation=None)
@@ -256,9 +255,7 @@ def plus_pair(file):
 
 def run(file, board=None, holes=None, segments=None, tip=None, sensor=None, relative_to=None, out=None, **reader) -> tuple[dict, str]:
     """Result and text of the command. Raises PoseError, OSError."""
-    unknown = reader.keys() - set(READER_OPTIONS)
-    if unknown:
-        raise PoseError(f"--{min(unknown).replace('_', '-')}: unknown option of bench")
+    refuse_others(reader, READER_OPTIONS, "unknown option of bench")
     if holes and board is None:
         raise PoseError("--holes requires --board")
     refuse_input_as_output({"--out": out}, [file, board])

@@ -33,9 +33,9 @@ class Segment:
 
 def matrices(poses: Poses) -> NDArray:
     """Rotation matrices of the attitudes, (N, 3, 3)."""
-    from scipy.spatial.transform import Rotation
+    from ._rotation import rotations
 
-    return Rotation.from_quat(poses.quaternion_wxyz[:, [1, 2, 3, 0]]).as_matrix()
+    return rotations(poses.quaternion_wxyz).as_matrix()
 
 
 def window_of(poses: Poses) -> int:

@@ -2,7 +2,6 @@
 
 import dataclasses
 import re
-import xml.etree.ElementTree as xml
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from ._pose_columns import split_unit
 from ._pose_text import table
 from ._poses import METRES, PoseError
+from ._xml_file import root_of
 
 LARGEST_BYTES = 10_000_000
 LEAST_HOLES = 3
@@ -34,12 +34,7 @@ class Board:
 
 def of_xml(data: bytes, name: str) -> tuple[list[str], NDArray]:
     """Elements Landmark with Name and Position, mm."""
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-        raise PoseError(f"{name}: an XML file with a document type is not read; remove the lines DOCTYPE and ENTITY")
-    try:
-        root = xml.fromstring(data)
-    except xml.ParseError as error:
-        raise PoseError(f"{name}: is no XML that can be read ({error})") from None
+    root = root_of(data, name)
     found = [(one.get("Name", ""), (one.get("Position") or "").split()) for one in root.iter("Landmark")]
     if not found:
         raise PoseError(f"{name}: has no element Landmark; a PhantomDefinition of PlusToolkit has them")

@@ -2,13 +2,14 @@
 
 import dataclasses
 import os
-import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ._pose_text import table
-from ._poses import METRES, Poses, PoseError, checked
+from ._poses import METRES, Poses, PoseError, checked, content_of
+from ._rotation import wxyz
+from ._xml_file import root_of
 
 DH_COLUMNS = {"a": METRES, "d": METRES, "alpha": None, "theta": None}
 RADIANS = {"rad": 1.0, "deg": np.pi / 180}
@@ -56,10 +57,7 @@ NOWHERE = (np.zeros(3), Rotation.identity())
 def read_chain(path, link=None) -> Chain:
     """A chain from a URDF file (.urdf, .xml) to `link`, or from a Denavit-Hartenberg table. Raises PoseError."""
     name = os.fspath(path)
-    with open(name, "rb") as file:
-        data = file.read()
-    if not data.strip():
-        raise PoseError(f"{name}: is empty")
+    data = content_of(name)
     if data.lstrip()[:1] == b"<":
         return urdf(data, name, link)
     if link is not None:
@@ -139,12 +137,7 @@ def urdf_joint(element, name) -> tuple[str, str, Joint]:
 
 
 def urdf(data, name, link) -> Chain:
-    if b"<!ENTITY" in data or b"<!DOCTYPE" in data:
-        raise PoseError(f"{name}: has a document type; a URDF file has none")
-    try:
-        root = ElementTree.fromstring(data)
-    except ElementTree.ParseError as error:
-        raise PoseError(f"{name}: is no XML ({error})") from None
+    root = root_of(data, name)
     if root.tag != "robot":
         raise PoseError(f"{name}: is no URDF: its root element is '{root.tag[:40]}', not robot")
     to = {}  # child: (parent, joint)
@@ -186,10 +179,7 @@ def urdf(data, name, link) -> Chain:
 def joint_poses(chain: Chain, path) -> Poses:
     """Poses of the last link from a table of time_s and one column a joint, NAME, NAME_rad or NAME_m, or NAME_deg or NAME_mm. Raises PoseError."""
     name = os.fspath(path)
-    with open(name, "rb") as file:
-        data = file.read()
-    if not data.strip():
-        raise PoseError(f"{name}: is empty")
+    data = content_of(name)
     content = table(data, name)
     titles = [column.strip() for column in content.columns]
     kinds = {one.name: one.kind for one in chain.joints}
@@ -214,4 +204,4 @@ def joint_poses(chain: Chain, path) -> Poses:
     if not values:
         raise PoseError(f"{chain.name}: has no joint that moves")
     position, turn = chain.pose(values)
-    return checked(time_s, position, turn.as_quat()[:, [3, 0, 1, 2]], name, content.where, notes)
+    return checked(time_s, position, wxyz(turn), name, content.where, notes)

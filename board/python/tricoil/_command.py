@@ -1,5 +1,6 @@
 """Commands of the `tricoil` program."""
 
+import importlib
 import json
 import os
 import re
@@ -32,7 +33,11 @@ def _words(options: dict[str, Any]) -> list[str]:
     return words
 
 
-FILES = {"design": 0, "figures": 0}  # number of files of a command, if not 1
+# Commands in this package: the module whose run() gives the result, or a tuple of it and more, and the files that it takes.
+MODULES = {"bench": ("_bench", "one"), "calibrate wiring": ("_wiring_command", "all"), "convert": ("_convert", "one"), "demodulate": ("_demodulate", "one"),
+           "design": ("_design", "none"), "figures": ("_figures", "none"), "motion": ("_motion_command", "none"), "truth": ("_truth_command", "all"),
+           "calibrate pivot": ("_pivot", "one"), "plot": ("_plot_command", "one")}
+NEEDED = {"demodulate": "carrier_hz", "figures": "out"}
 
 
 def in_python(name, arguments, options) -> bool:
@@ -41,75 +46,24 @@ def in_python(name, arguments, options) -> bool:
         return bool({"poses", "trajectory", "plan"} & options.keys())
     if name == "convert":
         return len(arguments) == 1 and os.path.isfile(arguments[0])
-    return name in ("bench", "calibrate pivot", "calibrate wiring", "demodulate", "design", "figures", "plot", "truth")
+    return name in MODULES
 
 
 def of_python(name, arguments, options) -> Any:
     """The result of such a command. Raises ValueError with the program's names of the options, and TypeError."""
-    if name == "motion":
-        from . import _motion_command
-
-        return _motion_command.run(**options)[0]
-    if name == "calibrate wiring":
-        from . import _wiring_command
-
-        return _wiring_command.run(arguments, **options)
-    if name == "truth":
-        from . import _truth_command
-
-        return _truth_command.run(arguments, **options)[0]
-    needed = {"demodulate": "carrier_hz", "figures": "out"}.get(name)
-    if len(arguments) != FILES.get(name, 1) or (needed and needed not in options):
-        files = "one file" if FILES.get(name, 1) else "no files"
-        raise ValueError(f"{name} takes {files}" + (f", and {needed}" if needed else ""))
-    return _RUN[name](*map(os.fspath, arguments), **options)
-
-
-def _bench(path, **options):
-    from . import _bench
-
-    return _bench.run(path, **options)[0]
-
-
-def _convert(path, **options):
-    from . import _convert
-
-    return _convert.run(path, **options)
-
-
-def _demodulate(path, **options):
-    from . import _demodulate
-
-    return _demodulate.run(path, **options)[0]
-
-
-def _design(**options):
-    from . import _design
-
-    return _design.run(**options)[0]
-
-
-def _figures(**options):
-    from . import _figures
-
-    return _figures.run(**options)
-
-
-def _pivot(path, sensor=None, out=""):
-    from . import _pivot
-
-    return _pivot.of_file(path, sensor, os.fspath(out))
-
-
-def _plot(path, out=None, **options):
-    from . import _plot_command
-
-    stages = {name: value for name, value in options.items() if value is not False}
-    return _plot_command.run(path, _words(stages), None if out is None else os.fspath(out), stages)
-
-
-_RUN = {"bench": _bench, "calibrate pivot": _pivot, "convert": _convert, "demodulate": _demodulate, "design": _design, "figures": _figures,
-        "plot": _plot}
+    module_name, files = MODULES[name]
+    needed = NEEDED.get(name)
+    if (files != "all" and len(arguments) != (files == "one")) or (needed and needed not in options):
+        raise ValueError(f"{name} takes {'one file' if files == 'one' else 'no files'}" + (f", and {needed}" if needed else ""))
+    module = importlib.import_module(f".{module_name}", __package__)
+    if name == "calibrate pivot":
+        return module.of_file(os.fspath(arguments[0]), options.pop("sensor", None), os.fspath(options.pop("out", "")), **options)
+    if name == "plot":
+        out = options.pop("out", None)
+        stages = {key: value for key, value in options.items() if value is not False}
+        return module.run(os.fspath(arguments[0]), _words(stages), None if out is None else os.fspath(out), stages)
+    result = module.run(*((arguments,) if files == "all" else map(os.fspath, arguments)), **options)
+    return result[0] if isinstance(result, tuple) else result
 
 
 def _of_type(message):

@@ -6,9 +6,8 @@ import json
 import numpy as np
 
 from ._output_file import refuse_input_as_output, write_whole
-from ._poses import METRES, PoseError, Poses, read
+from ._poses import METRES, READER_OPTIONS, PoseError, Poses, read, refuse_others
 
-READER_OPTIONS = ("sensor", "unit", "time_unit", "rate_hz", "rotation", "columns")
 MOTIVE_UNITS = {"m": "Meters", "cm": "Centimeters", "mm": "Millimeters"}
 DIGITS = ".10g"
 
@@ -19,9 +18,9 @@ def _fields(values) -> str:
 
 def _angles(poses: Poses, axes: str):
     """Angles about the turned axes in this order, deg, (N, 3)."""
-    from scipy.spatial.transform import Rotation
+    from ._rotation import rotations
 
-    return Rotation.from_quat(poses.quaternion_wxyz[:, [1, 2, 3, 0]]).as_euler(axes.upper(), degrees=True)
+    return rotations(poses.quaternion_wxyz).as_euler(axes.upper(), degrees=True)
 
 
 def _rate_hz(poses: Poses) -> float:
@@ -107,13 +106,13 @@ def ndi(poses: Poses, unit: str) -> str:
 
 def mha(poses: Poses, unit: str) -> str:
     """Sequence of PlusToolkit without images: one transform and the times, mm."""
-    from scipy.spatial.transform import Rotation
+    from ._rotation import rotations
 
     with_attitude(poses, "mha")
     if unit != "mm":
         raise PoseError(f"--to mha: its positions are in mm; give --units mm, not {unit}")
     name = poses.sensor if poses.sensor.endswith("Transform") else f"Sensor{poses.sensor}ToTrackerTransform"
-    turns = Rotation.from_quat(poses.quaternion_wxyz[:, [1, 2, 3, 0]]).as_matrix()
+    turns = rotations(poses.quaternion_wxyz).as_matrix()
     lines = ["ObjectType = Image", "NDims = 3", "AnatomicalOrientation = RAI", "BinaryData = True", "BinaryDataByteOrderMSB = False", "CompressedData = False",
              f"DimSize = 0 0 {len(poses)}", "Kinds = domain domain list", "ElementSpacing = 1 1 1", "ElementType = MET_UCHAR", "Offset = 0 0 0",
              "TransformMatrix = 1 0 0 0 1 0 0 0 1", "UltrasoundImageOrientation = XX", "UltrasoundImageType = XX"]
@@ -147,9 +146,7 @@ def converted(poses: Poses, form: str, unit: str | None = None, euler: str | Non
 
 def run(file, to="jsonl", out="-", units=None, euler=None, **reader) -> dict:
     """Writes the poses of a file in another form. Raises PoseError, OSError."""
-    unknown = reader.keys() - set(READER_OPTIONS)
-    if unknown:
-        raise PoseError(f"--{min(unknown).replace('_', '-')}: only of a recording's folder")
+    refuse_others(reader, READER_OPTIONS, "only of a recording's folder")
     refuse_input_as_output({"--out": out}, [file])
     poses = read(file, **reader)
     write_whole(out, converted(poses, to, units, euler))

@@ -9,6 +9,7 @@ from ._byte_stream import ByteStream
 from ._capture import ArrayCapture, codes_of, open_capture
 from ._capture_analysis import Analyser
 from ._output_file import OutputFile, refuse_input_as_output
+from ._poses import refuse_others
 from ._wiring import OF_COILS_COMMENT, Wiring, wiring_of
 
 COLUMNS = ["time_us", "sigma", *(f"{kind}{i}{j}" for kind in "xq" for i in "123" for j in "123")]
@@ -60,9 +61,7 @@ def _analysed(capture, carrier_hz, rate_hz=None, guard=0, block=0, reference=Non
 def run(capture, bits=16, columns=None, follow=False, guard=0, block=0, keeps_rows=False, **options):
     """Result, as `--json` prints it, and the rows, if they are kept. capture: name of a file, "-": standard input, or an array. Raises ValueError; OSError if a
     disk fails."""
-    unknown = sorted(options.keys() - set(OPTIONS))
-    if unknown:
-        raise ValueError(f"--{unknown[0].replace('_', '-')}: unknown option of demodulate")
+    refuse_others(options, OPTIONS, "unknown option of demodulate")
     options["reference"] = None if options.get("reference") is None else str(options["reference"])
     options |= {"guard": _count("guard", guard), "block": _count("block", block), "keeps_rows": keeps_rows}
     refuse_input_as_output({"--out": options.get("out")}, [capture, options.get("wiring")])

@@ -1,6 +1,5 @@
 """tricoil design: what planned coils reach. Dipoles, the demodulator's windows, and the covariance of the direct solution."""
 
-import io
 import math
 import os
 
@@ -8,8 +7,9 @@ import numpy as np
 
 from . import _coil, _tricoil
 from ._model import couplings, solve
-from ._motion_command import PICTURES
 from ._output_file import write_all
+from ._picture import check_picture, picture
+from ._poses import refuse_others
 
 LIMITS = {"turns": (1, 10_000), "radius": (1e-4, 10), "current": (1e-6, 1e4), "noise": (1e-12, 1e-3), "sensor_turns": (1, 10_000),
           "sensor_radius": (1e-4, 10), "wire": (1e-6, 0.1), "sensor_wire": (1e-6, 0.1), "carrier_hz": (1, 1e7), "rate_hz": (1, 1e5), "ranges": (1e-3, 1e3)}
@@ -135,26 +135,14 @@ def scenario_text(result: dict) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _picture(path, draw, *values):
-    """draw(...): a figure of matplotlib. Its bytes, in the format of the file's name."""
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        raise ValueError("pictures need matplotlib: install the package python3-matplotlib") from None
-    content = io.BytesIO()
-    draw(*values).savefig(content, format=os.path.splitext(path)[1][1:])
-    return content.getvalue()
-
-
 def _grid(grid_pdf, spacing_mm):
     """Writes the page and the table of its nodes. Result and text."""
     from . import _grid_page
 
     page = _grid_page.layout(spacing_mm)
-    if not grid_pdf.endswith(".pdf"):
-        raise ValueError(f"--grid-pdf must end in .pdf; is '{grid_pdf}'")
+    check_picture(grid_pdf, "--grid-pdf", (".pdf",))
     table = os.path.splitext(grid_pdf)[0] + ".csv"
-    write_all({grid_pdf: _picture(grid_pdf, _grid_page.draw, page), table: _grid_page.table(page)})
+    write_all({grid_pdf: picture(grid_pdf, _grid_page.draw(page)), table: _grid_page.table(page)})
     result = _grid_page.result(page, grid_pdf, table)
     return result, _grid_page.text(result)
 
@@ -167,17 +155,14 @@ def run(plot=None, scenario=None, grid_pdf=None, spacing_mm=None, **options) -> 
         if options or plot is not None or scenario is not None:
             raise ValueError("--grid-pdf: only with --spacing-mm")
         return _grid(grid_pdf, spacing_mm)
-    unknown = sorted(options.keys() - LIMITS.keys() - {"mux"})
-    if unknown:
-        raise ValueError(f"--{unknown[0].replace('_', '-')}: unknown option of design")
+    refuse_others(options, LIMITS.keys() | {"mux"}, "unknown option of design")
     for name in LIMITS.keys() - {"ranges"}:
         if options.get(name) is not None:
             options[name] = _number(name, options[name])
     missing = [f"--{name}" for name in REQUIRED if options.get(name) is None]
     if missing:
         raise ValueError(f"design needs {', '.join(missing)}, or --grid-pdf")
-    if plot is not None and os.path.splitext(plot)[1] not in PICTURES:
-        raise ValueError(f"--plot must end in {', '.join(PICTURES)}; is '{plot}'")
+    check_picture(plot)
     if scenario is not None and not scenario.endswith(".toml"):
         raise ValueError(f"--scenario must end in .toml; is '{scenario}'")
     found = design(**options)
@@ -187,6 +172,6 @@ def run(plot=None, scenario=None, grid_pdf=None, spacing_mm=None, **options) -> 
     if plot is not None:
         from . import plot as drawing
 
-        contents[plot] = _picture(plot, drawing.design, found)
+        contents[plot] = picture(plot, drawing.design(found))
     write_all(contents)
     return found, text(found)

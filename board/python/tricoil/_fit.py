@@ -3,11 +3,11 @@
 import dataclasses
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from . import _align, _naive
 from ._align import UNKNOWNS, Alignment, Pair
 from ._path import Path
+from ._rotation import rotations, wxyz
 
 HUBER = 4.0  # residuals beyond this many deviations have less weight
 FIRST_SLOT_S = 1e-3
@@ -158,11 +158,11 @@ def modelled(pair, rows, base):
 def with_true_attitude(pair, fit, rows):
     """Pair and fit with the tracker's attitude without its motion error: the reference has none that could replace it."""
     poses = pair.poses
-    measured = Rotation.from_quat(poses.quaternion_wxyz[:, [1, 2, 3, 0]])
+    measured = rotations(poses.quaternion_wxyz)
     for _ in range(10):
         error, turn = _naive.AgedCouplings(pair, fit.alignment, poses.time_s, fit.alignment.slot_s).error(fit.pattern)
         known = _naive.is_known(error)
-        true = _naive.wxyz(turn.inv() * measured)
+        true = wxyz(turn.inv() * measured)
         pair = Pair(poses, Path(poses.time_s[known], poses.position_m[known], true[known]), pair.reference)
         before_s = fit.alignment.slot_s
         fit = refine(pair, fit.alignment, rows, fit.pattern, steps=4)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from scipy.spatial.transform import Rotation
 
-from ._align import crosses
+from ._rotation import crosses
 
 # States of a node. The error of the optical system has a smooth part, with its rate, besides the white one: its software filters and interpolates.
 POSITION, VELOCITY, TURN, ACC_BIAS, GYRO_BIAS = (slice(n, n + 3) for n in range(0, 15, 3))

@@ -10,7 +10,7 @@ from ._align import correlation, peak, proper
 from ._fusion import State
 from ._pose_columns import SECONDS, split_unit
 from ._pose_text import table
-from ._poses import PoseError
+from ._poses import PoseError, content_of
 
 STANDARD_GRAVITY = 9.80665
 ACC = re.compile(r"(?:acc|accel|acceleration|accelerometer|a|f|linear_acceleration)[._ ]?([xyz])")
@@ -40,10 +40,7 @@ class Inertial:
 def read(path, time_unit=None) -> Inertial:
     """A table with time and acc_x to acc_z, gyr_x to gyr_z, or one of both. Rows with empty fields are left out. Raises PoseError."""
     name = os.fspath(path)
-    with open(name, "rb") as file:
-        data = file.read()
-    if not data.strip():
-        raise PoseError(f"{name}: is empty")
+    data = content_of(name)
     content = table(data, name)
     columns, factors = {}, {}
     for n, column in enumerate(content.columns):

@@ -4,13 +4,13 @@ import dataclasses
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import Rotation
 
 from . import _align, _naive
 from ._align import Alignment, Pair
 from ._fit import refine
 from ._path import Path
 from ._poses import Poses, PoseError
+from ._rotation import rotations
 
 FEWEST = 20
 MOST_FITTED = 4000  # poses that the fit uses
@@ -65,7 +65,7 @@ def explained(pair, fit, rows):
         return share, None
     if np.median(spread) < 5 * np.sqrt(pair.tracker.noise_m2) or np.median(spread) < 1e-3:
         share = None  # it turns in place
-    turn = Rotation.from_quat(pair.poses.quaternion_wxyz[rows][:, [1, 2, 3, 0]])
+    turn = rotations(pair.poses.quaternion_wxyz[rows])
     away = (turn * turn.mean().inv()).magnitude()
     return share, 1 - np.median(np.linalg.norm(r_turn, axis=1)) / max(np.median(away), 1e-9)
 
@@ -80,7 +80,7 @@ def check_motion(poses, path, what):
     still = np.linalg.norm(poses.position_m - np.median(poses.position_m, axis=0), axis=1)
     turned = 0.0
     if poses.quaternion_wxyz is not None:
-        turn = Rotation.from_quat(poses.quaternion_wxyz[:, [1, 2, 3, 0]])
+        turn = rotations(poses.quaternion_wxyz)
         turned = np.percentile((turn * turn[len(turn) // 2].inv()).magnitude(), 98)
     if np.percentile(still, 98) < 1e-3 and turned < 0.02:
         raise PoseError(f"{poses.name}: {what} does not move; a held pose shows neither clock nor motion error")

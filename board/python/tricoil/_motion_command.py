@@ -1,9 +1,5 @@
 """tricoil motion --poses and --trajectory: tables of the predicted error, and files of the poses without it."""
 
-import importlib.util
-import io
-import os
-
 import numpy as np
 
 from ._dynamic import number, of_both, readers
@@ -12,34 +8,26 @@ from ._motion_along import along
 from ._motion_analysis import CAUSES
 from ._motion_error import MotionError, chosen_timing, motion_error
 from ._output_file import refuse_input_as_output, write_all, write_whole
-from ._poses import PoseError, read
+from ._picture import check_picture, picture
+from ._poses import READER_OPTIONS, PoseError, read, refuse_others
 from ._timing import TIMINGS
+from ._verify import RANGE_EDGES, RATE_EDGES, SPEED_EDGES, rms
 
-EDGES = {
-    "speed_m_s": (0, 0.1, 0.25, 0.5, 1, 2, np.inf),
-    "angular_rate_rad_s": (0, 0.5, 1, 2, 5, 10, np.inf),
-    "range_m": (0, 0.3, 0.5, 0.75, 1, 1.5, np.inf),
-}
+EDGES = {"speed_m_s": SPEED_EDGES, "angular_rate_rad_s": RATE_EDGES, "range_m": RANGE_EDGES}
 TITLES = {"speed_m_s": "speed, m/s", "angular_rate_rad_s": "angular rate, rad/s", "range_m": "range, m"}
-READER_OPTIONS = ("sensor", "unit", "time_unit", "rate_hz", "rotation", "columns")
 PLAN_OPTIONS = ("center", "size", "grid", "limits", "turn_limits", "turn", "rate_hz")
-PICTURES = (".svg", ".png", ".pdf")
 UPDATES_HZ = 240.0
 CARRIER_HZ, LIGHT_M_S = 14_000.0, 299_792_458.0  # FASTRAK and LIBERTY use 8 to 14 kHz
 UNCHECKED = "an assumption: without a reference it cannot be checked"
 
 
-def _rms(vectors):
-    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1)))) if len(vectors) else None
-
-
 def _errors(rows):
     """RMS of the predicted error and of its standard deviation."""
     return {
-        "position_rms_m": _rms(rows["total"][:, :3]),
-        "position_deviation_m": _rms(rows["total_deviation"][:, :3]),
-        "rotation_rms_rad": _rms(rows["total"][:, 3:]),
-        "rotation_deviation_rad": _rms(rows["total_deviation"][:, 3:]),
+        "position_rms_m": rms(rows["total"][:, :3]),
+        "position_deviation_m": rms(rows["total_deviation"][:, :3]),
+        "rotation_rms_rad": rms(rows["total"][:, 3:]),
+        "rotation_deviation_rad": rms(rows["total_deviation"][:, 3:]),
     }
 
 
@@ -67,10 +55,10 @@ def near_field_line(found: dict) -> str:
 def summary(result: MotionError) -> dict:
     """The result of `tricoil motion --poses --json`."""
     rows = result.rows[result.rows["is_predicted"]]
-    stated = {name: _rms(np.sqrt(np.diagonal(poses.covariance[result.rows["is_predicted"], :3, :3], axis1=1, axis2=2)))
+    stated = {name: rms(np.sqrt(np.diagonal(poses.covariance[result.rows["is_predicted"], :3, :3], axis1=1, axis2=2)))
               for name, poses in (("corrected", result.corrected), ("smoothed", result.smoothed))}
-    causes = {cause: {"position_rms_m": _rms(rows[cause][:, :3]), "position_deviation_m": _rms(rows[cause + "_deviation"][:, :3]),
-                      "rotation_rms_rad": _rms(rows[cause][:, 3:])} for cause in CAUSES}
+    causes = {cause: {"position_rms_m": rms(rows[cause][:, :3]), "position_deviation_m": rms(rows[cause + "_deviation"][:, :3]),
+                      "rotation_rms_rad": rms(rows[cause][:, 3:])} for cause in CAUSES}
     return {
         "file": result.corrected.name,
         "timing": result.timing.text,
@@ -136,12 +124,6 @@ def corrected_csv(result: MotionError, smooth: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
-def refuse_others(options, known, what):
-    unknown = options.keys() - set(known)
-    if unknown:
-        raise PoseError(f"--{min(unknown).replace('_', '-')}: not with {what}")
-
-
 def read_both(poses, reference, options):
     """Poses, and the reference (None without). Options are POSES,REFERENCE or one for both; one --sensor is that of the poses."""
     if reference is None:
@@ -158,11 +140,8 @@ def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=Fa
     """Reads a file of poses, predicts its motion error, and writes what is wanted. Raises PoseError, OSError."""
     if timing is None:
         raise PoseError(f"motion --poses needs --timing: tdm:SLOTS/RATE, for example tdm:3/720, fdm, {', '.join(TIMINGS)}, or fit with --reference")
-    refuse_others(reader, READER_OPTIONS, "--poses")
-    if plot is not None and os.path.splitext(plot)[1] not in PICTURES:
-        raise PoseError(f"--plot must end in {', '.join(PICTURES)}; is '{plot}'")
-    if plot is not None and importlib.util.find_spec("matplotlib") is None:
-        raise PoseError("--plot needs matplotlib: install the package python3-matplotlib")
+    refuse_others(reader, READER_OPTIONS, "not with --poses")
+    check_picture(plot)
     refuse_input_as_output({"--out": out, "--plot": plot}, [poses, reference])
     given, known_path = read_both(poses, reference, reader)
     known, verified = chosen_timing(given, timing, known_path)
@@ -179,9 +158,7 @@ def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=Fa
     if plot is not None:
         from . import plot as drawing
 
-        picture = io.BytesIO()
-        drawing.motion_error(result).savefig(picture, format=os.path.splitext(plot)[1][1:])
-        contents[plot] = picture.getvalue()
+        contents[plot] = picture(plot, drawing.motion_error(result))
     write_all(contents)
     return found
 
@@ -201,7 +178,7 @@ def place_of(text):
 
 def run_trajectory(trajectory, kappa="exact", loop="open", rate_hz=None, place=None, out=None, **reader) -> dict:
     """Errors by the paper's formulas along the path of a file. rate_hz: updates per second; of a file without time, that of its rows; or both, UPDATES,POSES. Raises PoseError, OSError."""
-    refuse_others(reader, READER_OPTIONS, "--trajectory")
+    refuse_others(reader, READER_OPTIONS, "not with --trajectory")
     refuse_input_as_output({"--out": out}, [trajectory])
     updates, rows_hz = (number("--rate-hz", one) for one in of_both("--rate-hz", rate_hz, "UPDATES,POSES"))
     updates_hz = UPDATES_HZ if updates is None else updates
@@ -254,7 +231,7 @@ def run(poses=None, trajectory=None, plan=None, **options) -> tuple[dict, str]:
 
         if poses is not None or trajectory is not None:
             raise PoseError("--plan: not with --poses or --trajectory")
-        refuse_others(options, PLAN_OPTIONS, "--plan")
+        refuse_others(options, PLAN_OPTIONS, "not with --plan")
         return _plan.run(plan, **options)
     refuse_plan = set(options) & (set(PLAN_OPTIONS) - {"rate_hz"})
     if refuse_plan:

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from . import _tricoil
 from ._frame_solver import direct, matrices
-from ._path import turns
+from ._rotation import rotations, wxyz
 
 
 class Counter:
@@ -53,10 +53,6 @@ def patterns(time_s):
     return [Pattern(first, step, direction, counter) for step, first, direction in itertools.product(range(3), range(3), (1, -1))]
 
 
-def wxyz(turn):
-    return np.ascontiguousarray(turn.as_quat()[:, [3, 0, 1, 2]])
-
-
 def couplings_of(pair, a, time_s):
     p, turn = pair.expected(a, time_s)
     return matrices((p, wxyz(turn)))
@@ -82,7 +78,7 @@ class AgedCouplings:
             x[rows, :, coils[:, age]] = self.ages[age][rows, :, coils[:, age]]
         p, quaternion_wxyz = direct(x, self.position)
         fine = np.isfinite(p[:, 0])
-        turn = turns(np.where(fine[:, None], quaternion_wxyz, wxyz(self.turn)))
+        turn = rotations(np.where(fine[:, None], quaternion_wxyz, wxyz(self.turn)))
         return self.scale * np.where(fine[:, None], p - self.position, np.nan), turn * self.turn.inv()
 
 

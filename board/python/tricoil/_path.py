@@ -3,17 +3,13 @@
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import solveh_banded
-from scipy.spatial.transform import Rotation
 
 from ._pose_path import continuous
+from ._rotation import rotations
 
 GAP = 4.0  # a longer pause is a gap, in median sample intervals
 FEWEST = 5  # samples of a segment
 STRENGTHS = np.logspace(-6, 6, 25)  # of the smoothing, lambda / h^3
-
-
-def turns(quaternion_wxyz):
-    return Rotation.from_quat(np.asarray(quaternion_wxyz)[:, [1, 2, 3, 0]])
 
 
 def smoothed(x, y, strength):
@@ -107,7 +103,7 @@ class Path:
 
     def turn(self, time_s):
         """Attitude as a Rotation."""
-        return turns(self._each(self.attitude, time_s, 4, 0))
+        return rotations(self._each(self.attitude, time_s, 4, 0))
 
     def rate(self, time_s):
         """Angular rate in the frame of the path, rad/s, (N, 3): 2 dq/dt conj(q)."""

@@ -228,7 +228,9 @@ def csv(path: Path, rows: NDArray) -> str:
     """time_s, position, quaternion and the name of the part."""
     from scipy.spatial.transform import Rotation
 
-    q = Rotation.from_rotvec(rows[:, 3:]).as_quat()[:, [3, 0, 1, 2]]
+    from ._rotation import wxyz
+
+    q = wxyz(Rotation.from_rotvec(rows[:, 3:]))
     begins = np.array([begin for _, begin in path.parts])
     which = np.searchsorted(begins, np.arange(len(rows)), side="right") - 1
     names = [name.replace(",", "") for name, _ in path.parts]

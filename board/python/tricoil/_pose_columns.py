@@ -245,6 +245,8 @@ def quaternions(table, columns, kind, found):
     """Quaternions (w, x, y, z) of the attitude's columns."""
     from scipy.spatial.transform import Rotation
 
+    from ._rotation import wxyz
+
     values = np.stack([table.numbers(n) for n in found], axis=1)
     bad = ~np.isfinite(values).all(axis=1)
     if bad.any():
@@ -265,11 +267,13 @@ def quaternions(table, columns, kind, found):
         turned = Rotation.from_rotvec(values)
     else:
         turned = Rotation.from_euler(kind, values)
-    return turned.as_quat()[:, [3, 0, 1, 2]]
+    return wxyz(turned)
 
 
 def of_matrices(table, matrices):
     from scipy.spatial.transform import Rotation
+
+    from ._rotation import wxyz
 
     matrices = np.clip(matrices, -1e9, 1e9)  # the square of a larger number may be infinite
     square = abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
@@ -277,7 +281,7 @@ def of_matrices(table, matrices):
                      (np.linalg.det(matrices) < 0, "the matrix is a reflection: these data are left-handed; change the sign of one axis in positions and attitudes")):
         if bad.any():
             raise PoseError(f"{table.where(int(np.argmax(bad)))}: {why}")
-    return Rotation.from_matrix(matrices).as_quat()[:, [3, 0, 1, 2]]
+    return wxyz(Rotation.from_matrix(matrices))
 
 
 def position_columns(columns):

@@ -34,13 +34,15 @@ def derivatives(pose):
     """Derivatives of the nine couplings by position and rotation, (N, 9, 6), by central differences."""
     from scipy.spatial.transform import Rotation
 
+    from ._rotation import rotations, wxyz
+
     step = 1e-5
-    turn = Rotation.from_quat(pose[1][:, [1, 2, 3, 0]])
+    turn = rotations(pose[1])
     result = np.empty((len(pose[0]), 9, 6))
     for axis in range(3):
         shift = step * np.eye(3)[axis]
         for column, (first, second) in ((axis, ((pose[0] + shift, pose[1]), (pose[0] - shift, pose[1]))),
-                                        (axis + 3, [(pose[0], (Rotation.from_rotvec(sign * shift) * turn).as_quat()[:, [3, 0, 1, 2]]) for sign in (1, -1)])):
+                                        (axis + 3, [(pose[0], wxyz(Rotation.from_rotvec(sign * shift) * turn)) for sign in (1, -1)])):
             result[:, :, column] = (matrices(first) - matrices(second)).reshape(-1, 9) / (2 * step)
     return result
 

@@ -50,7 +50,7 @@ class PosePath:
 
 def difference(true, measured) -> NDArray:
     """True minus measured pose: position (m), then small rotation (rad), both in the source frame. Poses are (position_m, quaternion_wxyz); shape (N, 6)."""
-    from scipy.spatial.transform import Rotation
+    from ._rotation import rotations
 
-    turn = Rotation.from_quat(true[1][:, [1, 2, 3, 0]]) * Rotation.from_quat(measured[1][:, [1, 2, 3, 0]]).inv()
+    turn = rotations(true[1]) * rotations(measured[1]).inv()
     return np.hstack((true[0] - measured[0], turn.as_rotvec()))

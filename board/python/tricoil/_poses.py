@@ -16,10 +16,27 @@ FARTHEST_M = 20.0  # the median distance of a file whose unit is not given; a tr
 LARGEST_M, LARGEST_S = 1e6, 1e12  # of a position and a time; larger ones are broken numbers
 NEAR_M = 3.0  # the usual distance in such a place
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+READER_OPTIONS = ("sensor", "unit", "time_unit", "rate_hz", "rotation", "columns")
 
 
 class PoseError(ValueError):
     """A message for the user: file, line, column and what was expected."""
+
+
+def content_of(name: str) -> bytes:
+    """Of a file that is not empty. Raises PoseError, OSError."""
+    with open(name, "rb") as file:
+        data = file.read()
+    if not data.strip():
+        raise PoseError(f"{name}: is empty")
+    return data
+
+
+def refuse_others(options, known, why: str) -> None:
+    """Raises PoseError for options of a command that are not known. why: "not with --plan"."""
+    unknown = options.keys() - set(known)
+    if unknown:
+        raise PoseError(f"--{min(unknown).replace('_', '-')}: {why}")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -157,10 +174,7 @@ def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation
     name = os.fspath(path)
     if os.path.isdir(name):
         raise PoseError(f"{name}: is a folder; give the file of poses")
-    with open(name, "rb") as file:
-        data = file.read()
-    if not data.strip():
-        raise PoseError(f"{name}: is empty")
+    data = content_of(name)
     try:
         if _array_file.is_array_file(data):
             data = _array_file.table_of(data, name)

@@ -63,8 +63,9 @@ def put(text, file=sys.stdout):
         refuse(f"standard output could not be written completely ({error.strerror}); is the disk full?", 3)
 
 
-def put_result(result, as_json, text, file=sys.stdout):
-    put(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n" if as_json else text, file)
+def put_result(result, as_json, text, out=None):
+    """out: file of the command's own output; "-" is the standard output."""
+    put(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n" if as_json else text, sys.stderr if out == "-" else sys.stdout)
 
 
 def evaluate(options, files):
@@ -91,7 +92,7 @@ def demodulate(options, files):
 
     as_json = options.pop("json", False)
     result, _ = _demodulate.run(files[0], **options)
-    put_result(result, as_json, _demodulate.text(result), sys.stderr if options.get("out") == "-" else sys.stdout)
+    put_result(result, as_json, _demodulate.text(result), options.get("out"))
     if not result["sensor_present"]:
         put(f"tricoil: {files[0]}: {result['verdict']}\n", sys.stderr)
         sys.exit(1)
@@ -102,7 +103,7 @@ def bench(options, files):
 
     as_json = options.pop("json", False)
     result, text = _bench.run(files[0], **options)
-    put_result(result, as_json, text, sys.stderr if options.get("out") == "-" else sys.stdout)
+    put_result(result, as_json, text, options.get("out"))
 
 
 def truth(options, files):
@@ -110,7 +111,7 @@ def truth(options, files):
 
     as_json = options.pop("json", False)
     result, _ = _truth_command.run(files, **options)
-    put_result(result, as_json, _truth_command.text(result), sys.stderr if options.get("out") == "-" else sys.stdout)
+    put_result(result, as_json, _truth_command.text(result), options.get("out"))
 
 
 def convert(options, files):
@@ -158,7 +159,7 @@ def pivot(options, files):
 
     as_json = options.pop("json", False)
     result = _pivot.of_file(files[0], options.get("sensor"), options.get("out", ""))
-    put_result(result, as_json, _pivot.text(result), sys.stderr if options.get("out") == "-" else sys.stdout)
+    put_result(result, as_json, _pivot.text(result), options.get("out"))
 
 
 def plot(options, files):
@@ -168,7 +169,7 @@ def plot(options, files):
     as_json = options.pop("json", False)
     out = options.pop("out", None)
     result = _plot_command.run(files[0], _words(options), out, options)
-    put_result(result, as_json, _plot_command.text(result), sys.stderr if out == "-" else sys.stdout)
+    put_result(result, as_json, _plot_command.text(result), out)
 
 
 def evaluate_picture(options, files):

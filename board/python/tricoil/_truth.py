@@ -3,13 +3,14 @@
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError
 from scipy.spatial.transform import Rotation, Slerp
 
 from . import _fusion, _fusion_noise, _inertial, _match
 from ._fusion import ACC_AXES, CONSTANTS, GRAVITY, GYRO_AXES, LEVER, MOUNT, OFFSET, PRIOR, STILL, Fusion, Integral, Measurement
+from ._ground_truth import Truth
 from ._poses import Poses, PoseError
+from ._rotation import rotations, wxyz
 
 FEWEST = 20
 LONGEST_GAP_S = 1.0  # a longer gap is not bridged: the path before it and the one after it are fused apart
@@ -19,26 +20,8 @@ OFFSET_S = 0.02  # deviation of the first clock offset
 MERGED_S = 2e-5  # the equations of nodes that are closer are ill-conditioned
 
 
-@dataclasses.dataclass(frozen=True)
-class Truth:
-    """A fused path, in the frame and on the clock of its first stream.
-
-    poses: at its times and, in its gaps, between them; quaternion_wxyz is None if all streams are positions. covariance: (N, 6, 6), position
-    (m^2), then small rotation (rad^2), both in that frame. velocity_m_s, rate_rad_s: (N, 3), likewise. is_bridged: (N,), in a gap. streams,
-    inertial: as in the result of the command.
-    """
-
-    poses: Poses
-    covariance: NDArray
-    velocity_m_s: NDArray
-    rate_rad_s: NDArray
-    is_bridged: NDArray
-    streams: list
-    inertial: dict | None
-
-
 def turn_of(poses):
-    return None if poses.quaternion_wxyz is None else Rotation.from_quat(poses.quaternion_wxyz[:, [1, 2, 3, 0]])
+    return None if poses.quaternion_wxyz is None else rotations(poses.quaternion_wxyz)
 
 
 def nodes_of(time_s, step_s):
@@ -62,7 +45,7 @@ def aligned(first: Poses, other: Poses):
     if turn is not None:
         position = position + a.world.apply(turn.apply(a.mount_m))
         if body is not None:
-            q = (a.world * turn * a.mount).as_quat()[:, [3, 0, 1, 2]]
+            q = wxyz(a.world * turn * a.mount)
     elif body is not None:
         inside = (time_s >= first.time_s[0]) & (time_s <= first.time_s[-1])
         position[inside] += Slerp(first.time_s, body)(time_s[inside]).apply(a.mount_m)
@@ -229,7 +212,7 @@ class Fuser:
         position, turn, by_state, by_constant = fusion.optical(s, every)
         rate = s.turn[keep].apply(fusion.rate(s)[keep])
         velocity = s.v[keep] + np.cross(rate, _fusion.cross_turn(s.turn[keep], s.lever))
-        return fusion.time_s[keep], position, turn.as_quat()[:, [3, 0, 1, 2]], fusion.covariance(keep, by_state, by_constant), velocity, rate
+        return fusion.time_s[keep], position, wxyz(turn), fusion.covariance(keep, by_state, by_constant), velocity, rate
 
 
 def fused(streams, inertial=None, lever_m=None, mount=None, same_clock=False) -> Truth:

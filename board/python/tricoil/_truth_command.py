@@ -1,17 +1,15 @@
 """tricoil truth: files, result, text, CSV and picture."""
 
-import importlib.util
-import io
-import os
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from . import _chain, _inertial
 from ._dynamic import number
-from ._motion_command import PICTURES, READER_OPTIONS, refuse_input_as_output, write_whole
-from ._poses import PoseError, read
-from ._truth import Truth, fused
+from ._ground_truth import Truth
+from ._output_file import refuse_input_as_output, write_all
+from ._picture import check_picture, picture
+from ._poses import READER_OPTIONS, PoseError, read, refuse_others
+from ._truth import fused
 
 
 def numbers(name, text, count):
@@ -45,9 +43,7 @@ def inputs(files, imu, joints, chain, link, reader):
 
 def truth_of(files, imu=None, joints=None, chain=None, link=None, lever=None, mount=None, same_clock=False, **reader) -> Truth:
     """As fused(), of files. Raises PoseError, OSError."""
-    unknown = sorted(reader.keys() - set(READER_OPTIONS))
-    if unknown:
-        raise PoseError(f"--{unknown[0].replace('_', '-')}: unknown option of truth")
+    refuse_others(reader, READER_OPTIONS, "unknown option of truth")
     if imu is None:
         for name, value in (("lever", lever), ("mount", mount), ("same-clock", same_clock or None)):
             if value is not None:
@@ -125,40 +121,13 @@ def csv_text(truth: Truth) -> str:
 
 def run(files, out=None, plot=None, **options):
     """Result as `--json` prints it, and the path. Raises PoseError, OSError."""
-    if plot is not None and os.path.splitext(plot)[1] not in PICTURES:
-        raise PoseError(f"--plot must end in {', '.join(PICTURES)}; is '{plot}'")
-    if plot is not None and importlib.util.find_spec("matplotlib") is None:
-        raise PoseError("--plot needs matplotlib: install the package python3-matplotlib")
+    check_picture(plot)
     refuse_input_as_output({"--out": out, "--plot": plot}, [*files, *(options.get(name) for name in ("imu", "joints", "chain"))])
     truth = truth_of(files, **options)
-    if out is not None:
-        write_whole(out, csv_text(truth))
+    contents: dict[str, str | bytes] = {} if out is None else {out: csv_text(truth)}
     if plot is not None:
         from . import plot as drawing
 
-        picture = io.BytesIO()
-        drawing.truth(truth).savefig(picture, format=os.path.splitext(plot)[1][1:])
-        write_whole(plot, picture.getvalue())
+        contents[plot] = picture(plot, drawing.truth(truth))
+    write_all(contents)
     return summary(truth), truth
-
-
-def truth(files, *, imu=None, joints=None, chain=None, link: str | None = None, lever_m=None, mount_wxyz=None, same_clock: bool = False, **reader) -> Truth:
-    """Ground truth: one smoothed path with covariance from optical poses or positions, a robot's joints and an inertial sensor.
-
-    files: names of files of poses, as read_poses() reads them with the options `reader`; the first gives frame, body and clock of the path. imu:
-    table of time_s, acc_x_m_s2 to acc_z_m_s2 and gyr_x_rad_s to gyr_z_rad_s, or one of both; may be one of `files`. joints: table of time_s and one
-    column a joint (rad, m); chain: its URDF (to `link`; None: the only last one), or a Denavit-Hartenberg table of joint, type, a_m, alpha_rad, d_m,
-    theta_rad, convention (standard, modified). lever_m, mount_wxyz: place (m) and attitude of the inertial sensor in the body (v_body = q v_sensor);
-    None: estimated. same_clock: its clock is that of the poses; otherwise the offset is estimated.
-
-    Biases are constant but for a random walk; scales and axes of the sensor are estimated, within some percent. The noise is such that poses which
-    are hidden from the fusion have the errors that their covariance says. Raises ValueError with the reason if the streams do not fit, OSError if a
-    file cannot be read. See Truth for the result.
-    """
-    from ._command import own_names
-
-    try:
-        names = [files] if isinstance(files, (str, os.PathLike)) else files
-        return truth_of(names, imu, joints, chain, link, lever_m, mount_wxyz, same_clock, **reader)
-    except PoseError as error:
-        raise ValueError(own_names(str(error), {"--lever": "lever_m", "--mount": "mount_wxyz"})) from None

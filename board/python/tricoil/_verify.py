@@ -19,7 +19,8 @@ DISTINCT_M = 1e-3  # a smaller motion error is not distinguished from noise
 BLOCK_S = 0.5
 FEWEST_BLOCKS = 24
 RESAMPLES = 400
-EDGES = {"speed_m_s": (0, 0.1, 0.25, 0.5, 1, 2, np.inf), "rate_rad_s": (0, 0.5, 1, 2, 5, 10, np.inf), "range_m": (0, 0.3, 0.5, 0.75, 1, 1.5, np.inf)}
+SPEED_EDGES, RATE_EDGES, RANGE_EDGES = (0, 0.1, 0.25, 0.5, 1, 2, np.inf), (0, 0.5, 1, 2, 5, 10, np.inf), (0, 0.3, 0.5, 0.75, 1, 1.5, np.inf)
+EDGES = {"speed_m_s": SPEED_EDGES, "rate_rad_s": RATE_EDGES, "range_m": RANGE_EDGES}
 REST_M_S, REST_RAD_S = 0.02, 0.05
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ._flags import Flag
 from ._motion_error import MotionError
 from ._run import Run
-from ._truth import Truth
+from ._ground_truth import Truth
 
 MOST_POINTS = 4000  # of a curve
 BINS = 15  # with equal numbers of poses

@@ -10,10 +10,11 @@ export class PlotDialog {
   constructor(changed) {
     this.dialog = element('plot_dialog');
     const act = (id, plots) => element(id).addEventListener('click', () => {
-      element('plot_why').textContent = isLayout(plots()) ? '' : `Choose a signal; the page has room for ${kMostPlots} plots.`;
-      if (!isLayout(plots())) return;
+      const layout = plots(), fits = isLayout(layout);
+      element('plot_why').textContent = fits ? '' : `Choose a signal; the page has room for ${kMostPlots} plots.`;
+      if (!fits) return;
       this.dialog.close();
-      set('plots', plots());
+      set('plots', layout);
       changed();
     });
     act('plot_set', () => this.#with(this.chosen.length ? [{signals: this.chosen, deviation: element('plot_deviation').checked}] : []));
