@@ -81,6 +81,25 @@ class Arrays(FolderCase):
             self.assertEqual(len(lines), 1 + COUNT)
         np.testing.assert_allclose(tricoil.read_poses(self.text()).position_m, POSITION_M)
 
+    def test_inertial_sensor_joints_and_board(self):
+        from tricoil._board import read_board
+        from tricoil._chain import joint_poses, read_chain
+        from tricoil._inertial import read
+
+        still = {"time_s": 0.01 * np.arange(60), "acc_m_s2": np.tile([0.0, 1.0, 9.8], (60, 1)), "gyr_rad_s": RNG.normal(size=(60, 3))}
+        arm = {"a_m": np.array([0.3, 0.2]), "alpha_rad": np.array([0.0, 1.0]), "d_m": np.zeros(2), "theta_rad": np.zeros(2)}
+        moved = {"time_s": 0.01 * np.arange(5), "q": RNG.normal(size=(5, 2))}
+        holes = {"position_mm": RNG.uniform(0, 90, (4, 3))}
+        for path in self.files(still):
+            np.testing.assert_allclose(read(path).acc, still["acc_m_s2"], err_msg=path)
+            np.testing.assert_allclose(read(path).gyro, still["gyr_rad_s"], err_msg=path)
+        first, second = moved["q"].T
+        reach = 0.3 * np.cos(first) + 0.2 * np.cos(first + second)
+        for chain, path in zip([read_chain(one) for one in self.files(arm)], self.files(moved)):
+            np.testing.assert_allclose(joint_poses(chain, path).position_m[:, 0], reach, err_msg=path)
+        for path in self.files(holes):
+            np.testing.assert_allclose(read_board(path).position_m, 1e-3 * holes["position_mm"], err_msg=path)
+
     def test_captures(self):
         values = at_once()
         expected = tricoil.demodulate(values, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4)["mean"]

@@ -153,6 +153,17 @@ class Grid(FolderCase):
         np.testing.assert_allclose(np.diff(up), np.full(6, 40), atol=1e-3)
         self.assertTrue(any(abs(to_x - x - 200) < 1e-3 and y == to_y for x, y, to_x, to_y in lines), "ruler")
 
+    def test_keeps_a_filled_table(self):
+        with open(self.path("grid.csv"), "w", encoding="utf-8") as file:
+            file.write("number,x11\n1,2\n")
+        with self.assertRaisesRegex(ValueError, "other columns"):
+            tricoil.command("design", grid_pdf=self.path("grid.pdf"), spacing_mm=40)
+        with open(self.path("grid.csv"), encoding="utf-8") as file:
+            self.assertEqual(file.read(), "number,x11\n1,2\n")
+        os.remove(self.path("grid.csv"))
+        tricoil.command("design", grid_pdf=self.path("grid.pdf"), spacing_mm=40)
+        tricoil.command("design", grid_pdf=self.path("grid.pdf"), spacing_mm=50)
+
     def test_calibration_on_its_nodes(self):
         """Six attitudes at each node, the sensor 10 mm above the paper."""
         random = np.random.default_rng(1)

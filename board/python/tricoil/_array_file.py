@@ -15,6 +15,7 @@ ENDINGS = (".npy", ".npz", ".mat")
 NPY, ZIP, MAT, HDF = b"\x93NUMPY", b"PK\x03\x04", b"MATLAB 5.0 MAT-file", (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n\x1a\n")
 FIRST_BYTES = 20  # that tell the format
 WXYZ = ("qw", "qx", "qy", "qz")
+VECTOR = re.compile(r"(position|acc|accel|acceleration|accelerometer|gyr|gyro|gyroscope|angular_rate|angular_velocity|omega)(_\w+)?")  # and its unit
 MATRICES = {"x": "x", "couplings": "x", "signal_matrix": "x", "q": "q", "quadrature": "q"}
 
 
@@ -60,8 +61,9 @@ def _names(name, shape):
     name = re.sub(r"\W", "_", name)
     if not shape:
         return [name]
-    if name.startswith("position_") and shape == (3,):
-        return [f"{axis}_{name.removeprefix('position_')}" for axis in "xyz"]
+    if shape == (3,) and (vector := VECTOR.fullmatch(name)):
+        kind, unit = vector.groups(default="")
+        return [f"{axis}{unit}" if kind == "position" else f"{kind}_{axis}{unit}" for axis in "xyz"]
     if name in ("q_wxyz", "quaternion_wxyz") and shape == (4,):
         return list(WXYZ)
     if name in MATRICES and shape == (3, 3):
@@ -70,8 +72,8 @@ def _names(name, shape):
 
 
 def table_of(data: bytes, path: str) -> bytes:
-    """The same as a table with commas. Arrays with the most rows are its columns: time_us (N,), position_m (N, 3), q_wxyz (N, 4) and matrices
-    (N, 3, 3), or (3, 3, N) of MATLAB, by these names, or without a name; others (N, K) as name1 to nameK."""
+    """The same as a table with commas. Arrays with the most rows are its columns: time_us (N,), position_m, acc_m_s2 and gyr_rad_s (N, 3),
+    q_wxyz (N, 4) and matrices (N, 3, 3), or (3, 3, N) of MATLAB, by these names, or without a name; others (N, K) as name1 to nameK."""
     arrays = arrays_of(data, path)
     if arrays.keys() == {""} and arrays[""].shape[1:] == (3, 3):
         arrays = {"x": arrays[""]}

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ._pose_columns import split_unit
 from ._pose_text import table
-from ._poses import METRES, PoseError
+from ._poses import METRES, PoseError, content_of
 from ._xml_file import root_of
 
 LARGEST_BYTES = 10_000_000
@@ -66,10 +66,7 @@ def of_table(data: bytes, name: str) -> tuple[list[str], NDArray, list[str]]:
 
 def read_board(path: str) -> Board:
     """Reads a board. Raises PoseError, OSError."""
-    with open(path, "rb") as file:
-        data = file.read(LARGEST_BYTES + 1)
-    if len(data) > LARGEST_BYTES:
-        raise PoseError(f"{path}: is larger than 10 MB; a list of holes is needed")
+    data = content_of(path, LARGEST_BYTES)
     notes = []
     if re.match(rb"(\xef\xbb\xbf)?\s*<", data):
         names, position_m = of_xml(data, path)

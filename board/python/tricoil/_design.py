@@ -135,6 +135,14 @@ def scenario_text(result: dict) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _refuse_filled(table, empty):
+    """The user adds measured couplings to `table`: only an empty one may be replaced. Raises ValueError."""
+    if os.path.isfile(table):
+        with open(table, "rb") as file:
+            if file.read().split(b"\n", 1)[0].strip() != empty.encode().split(b"\n", 1)[0]:
+                raise ValueError(f"--grid-pdf: {table} has other columns than an empty table of nodes; choose another name or move it")
+
+
 def _grid(grid_pdf, spacing_mm):
     """Writes the page and the table of its nodes. Result and text."""
     from . import _grid_page
@@ -142,6 +150,7 @@ def _grid(grid_pdf, spacing_mm):
     page = _grid_page.layout(spacing_mm)
     check_picture(grid_pdf, "--grid-pdf", (".pdf",))
     table = os.path.splitext(grid_pdf)[0] + ".csv"
+    _refuse_filled(table, _grid_page.table(page))
     write_all({grid_pdf: picture(grid_pdf, _grid_page.draw(page)), table: _grid_page.table(page)})
     result = _grid_page.result(page, grid_pdf, table)
     return result, _grid_page.text(result)

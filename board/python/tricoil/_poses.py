@@ -23,13 +23,20 @@ class PoseError(ValueError):
     """A message for the user: file, line, column and what was expected."""
 
 
-def content_of(name: str) -> bytes:
-    """Of a file that is not empty. Raises PoseError, OSError."""
+def content_of(name: str, largest_bytes: int | None = None) -> bytes:
+    """Of a file that is not empty; arrays of NumPy and MATLAB as a table. Raises PoseError, OSError."""
+    from ._array_file import is_array_file, table_of
+
     with open(name, "rb") as file:
-        data = file.read()
+        data = file.read() if largest_bytes is None else file.read(largest_bytes + 1)
+    if largest_bytes is not None and len(data) > largest_bytes:
+        raise PoseError(f"{name}: is larger than {largest_bytes / 1e6:.0f} MB")
     if not data.strip():
         raise PoseError(f"{name}: is empty")
-    return data
+    try:
+        return table_of(data, name) if is_array_file(data) else data
+    except ValueError as error:
+        raise PoseError(str(error)) from None
 
 
 def refuse_others(options, known, why: str) -> None:
@@ -155,7 +162,7 @@ def read_poses(
 
 def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation=None, columns=None) -> Poses:
     """As read_poses(); throws PoseError with the names of the program's options."""
-    from . import _array_file, _pose_columns, _pose_formats, _pose_text
+    from . import _pose_columns, _pose_formats, _pose_text
 
     if unit is not None and unit not in METRES:
         raise PoseError(f"--unit must be m, cm, mm or in; is '{unit}'")
@@ -176,8 +183,6 @@ def read(path, *, sensor=None, unit=None, time_unit=None, rate_hz=None, rotation
         raise PoseError(f"{name}: is a folder; give the file of poses")
     data = content_of(name)
     try:
-        if _array_file.is_array_file(data):
-            data = _array_file.table_of(data, name)
         other = _pose_formats.find(data)
         if other is not None:
             table = other(data, name, sensor)
