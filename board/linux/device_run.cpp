@@ -301,7 +301,8 @@ int DeviceRun::finish(const host::LinkHealth& health) {
         closing["fifo"] = realtime_.fifo;
     }
     const auto poses = closing["poses"].get<std::uint64_t>();
-    const std::string invalid = host::pose_warning(poses - closing["poses_valid"].get<std::uint64_t>(), poses, "invalid");
+    const std::string invalid =
+        poses == 0 ? "no poses" : host::pose_warning(poses - closing["poses_valid"].get<std::uint64_t>(), poses, "invalid");
     text += "  health   " + host::health_line(closing["health"], invalid) + "\n";
     const std::string advice = closing["poses_valid"] > 0 ? "" : source_->advice_without_poses();
     source_.reset();

@@ -98,11 +98,11 @@ std::optional<Row> row_of_csv(const std::vector<std::string_view>& fields, const
     return row;
 }
 
-/// The whole number of a field, 0 to `most`.
-int whole(const Row& row, Name name, int most) {
-    const double value = row[name].value_or(0);
-    host::refuse_if(!(value >= 0 && value <= most) || value != std::floor(value), "{} {}: must be a whole number from 0 to {}",
-                    kNames[name], value, most);
+/// The whole number of a field, `least` to `most`.
+int whole(const Row& row, Name name, int most, int least = 0) {
+    const double value = row[name].value_or(least);
+    host::refuse_if(!(value >= least && value <= most) || value != std::floor(value),
+                    "{} {}: must be a whole number from {} to {}", kNames[name], value, least, most);
     return static_cast<int>(value);
 }
 
@@ -131,11 +131,12 @@ TextFrame frame_of(const Row& row) {
     }
     const bool is_matrix = row[kX].has_value();
     frame.coils = is_matrix ? kSourceCoils : 1;
-    frame.first_coil = is_matrix ? 0 : whole(row, kState, kSourceCoils) - 1;
+    const bool has_state = row[kState].has_value();
+    frame.first_coil = is_matrix || !has_state ? 0 : whole(row, kState, kSourceCoils, 1) - 1;
     for (int n = 0; n < frame.coils; ++n) {
         const auto coil = static_cast<std::size_t>(n);
         const auto in_phase = three(row, is_matrix ? kX + 3 * n : kInPhase);
-        if (!in_phase || frame.first_coil < 0) {
+        if (!in_phase || !(is_matrix || has_state)) {
             throw host::InputError("no couplings: needs state (1 to 3) and in_phase_1 to in_phase_3, or x11 to x33");
         }
         const auto quadrature = three(row, is_matrix ? kQ + 3 * n : kQuadrature);

@@ -132,6 +132,7 @@ void TextSource::follow_sender() {
 
 std::optional<TextFrame> TextSource::parse(std::string_view line) {
     follow_sender();
+    host::refuse_if(line.find('\0') != std::string_view::npos, "binary data; {}", host::kNeedsText);
     host::refuse_if(lines_.was_cut(), "the line is longer than {} KiB", LineInput::kLongestLine >> 10U);
     is_of_coils_ = is_of_coils_ || line.starts_with(host::kOfCoilsComment);
     host::refuse_if(is_of_coils_ && params_.session.has_wiring, "the wiring is corrected already; leave out --wiring");
@@ -268,6 +269,15 @@ std::string TextSource::text_of(const nlohmann::ordered_json& summary) const {
     return host::fill(summary,
                       "{device}: {poses} poses, {poses_valid} valid\n"
                       "  lines    {lines} read, {lines_refused} refused; {columns} columns; flags of the poses: {flags_seen}\n");
+}
+
+std::string TextSource::advice_without_poses() const {
+    if (counters_.columns == 0) {
+        return counters_.refused_lines > 0 ? "every line was refused" : "no columns came";
+    }
+    const bool is_whole = counters_.poses > 0 && !counters_.flags.has(tracking::PoseFlag::columns_missing);
+    const std::string flags = counters_.poses > 0 ? host::advice_without_poses(counters_.flags) : "";
+    return is_whole ? flags : flags + (flags.empty() ? "" : "; ") + "do the times, state, mux and rate_hz of the columns agree?";
 }
 
 }  // namespace tricoil::linux_board

@@ -50,9 +50,7 @@ public:
     void report(FaultReporter& reporter, HostTime now) const override { reporter.check(poses_.newest(), now); }
     [[nodiscard]] nlohmann::ordered_json summary() const override;
     [[nodiscard]] std::string text_of(const nlohmann::ordered_json& summary) const override;
-    [[nodiscard]] std::string advice_without_poses() const override {
-        return "do the times, state, mux and rate_hz of the columns agree?";
-    }
+    [[nodiscard]] std::string advice_without_poses() const override;
 
 private:
     /// Counts poses on their way, and finds lost hemispheres again.

@@ -30,6 +30,18 @@ std::string advice(tracking::PoseFlags flags) {
                                                              : "";
 }
 
+// Distortion comes first: it may also hide the half space of the sensor.
+std::string advice_without_poses(tracking::PoseFlags flags) {
+    const bool is_distorted = flags.has(tracking::PoseFlag::distorted);
+    std::string text = to_text(flags);
+    text += is_distorted ? "; is metal near the coils, is --calibration missing, or is it that of other coils?" : "";
+    if (flags.has(tracking::PoseFlag::hemisphere_unknown)) {
+        text += is_distorted ? " If not, give" : "; give";
+        text += " the half space of the sensor with --hemisphere X,Y,Z, or use --confined";
+    }
+    return text;
+}
+
 const char* to_text(tracking::TrackerState state) {
     switch (state) {
         case tracking::TrackerState::searching:

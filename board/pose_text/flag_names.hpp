@@ -18,4 +18,7 @@ const char* to_text(tracking::TrackerState state);
 /// Instruction to the user for flags that do not clear by themselves; empty if there are none.
 std::string advice(tracking::PoseFlags flags);
 
+/// The flags of all poses, and what to do if none is valid.
+std::string advice_without_poses(tracking::PoseFlags flags);
+
 }  // namespace tricoil::host

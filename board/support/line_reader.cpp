@@ -7,8 +7,6 @@
 
 namespace tricoil::host {
 
-constexpr const char* kNeedsText = "a text file is needed; the Python package reads NumPy and MAT files (tricoil.command)";
-
 LineReader::LineReader(const std::string& path) : path_(path) {
     std::error_code error;
     refuse_if(std::filesystem::is_directory(path, error), "{}: is a folder; name a file", path);

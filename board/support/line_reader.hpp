@@ -10,6 +10,10 @@
 
 namespace tricoil::host {
 
+/// What to do about a file that is no text.
+inline constexpr const char* kNeedsText =
+    "a text file is needed; the Python package reads NumPy files, and MAT files before version 7.3 (tricoil.command)";
+
 class LineReader {
 public:
     static constexpr std::size_t kLongestLine = std::size_t{1} << 20U;

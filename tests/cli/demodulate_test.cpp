@@ -342,7 +342,7 @@ TEST(Demodulate, BadSignalsAreRefused) {
     expect(good, "aliases", " --carriers 45,65,480");
     expect(good, "only 1 Hz apart; blocks of 100 samples cannot separate them, 2000 or more can",
            " --carriers 45,65,66 --block 100");
-    expect(good, "only 0 Hz apart", " --carriers 45,65,65");
+    expect(good, "two frequencies are equal", " --carriers 45,65,65");
     expect({good.begin(), good.begin() + 100}, "holds no samples, or fewer than a block of 267");
     expect(std::vector<std::array<double, 4>>(6000), "no channel has a carrier of 45 Hz: silence");
     auto clipped = good;
@@ -351,7 +351,7 @@ TEST(Demodulate, BadSignalsAreRefused) {
             value = std::clamp(8 * value, -1.0, 1.0);
         }
     }
-    expect(clipped, "every block is clipped");
+    expect(clipped, "every block of channel 4 is clipped");
     auto dropped = good;
     for (std::size_t n = 4500; n < dropped.size(); ++n) {
         dropped[n][3] = 0;

@@ -105,7 +105,8 @@ class Arrays(FolderCase):
         expected = tricoil.demodulate(values, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4)["mean"]
         np.save(self.path("a.npy"), values)
         np.savez(self.path("a.npz"), samples=values, rate_hz=RATE_HZ)
-        names = ["a.npy", "a.npz"]
+        np.savez(self.path("channels.npz"), rate_hz=RATE_HZ, **dict(zip(("s1", "s2", "s3", "current"), values.T)))
+        names = ["a.npy", "a.npz", "channels.npz"]
         if HAS_SCIPY:
             from scipy.io import savemat
 

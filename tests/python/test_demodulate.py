@@ -28,6 +28,12 @@ def at_once(count=6000, ppm=-450.0, noise=0.001, seed=1):
     return 0.25 * values + 0.05 + noise * np.random.default_rng(seed).normal(size=(count, 4))
 
 
+def at_once_of(x):
+    """The three channels of the sensor, with these couplings."""
+    phase = 2 * np.pi * np.outer(np.arange(6000), CARRIERS_HZ) * (1 - 450e-6) / RATE_HZ + 0.5 * np.arange(3)
+    return 0.25 * np.cos(phase + 0.2) @ x.T + 0.05
+
+
 def in_turn(repeats=8, samples=200, noise=0.0005, seed=2):
     """Samples (repeats, 3, samples, 4) at 10 kHz of 200 kHz."""
     phase = 2 * np.pi * 0.05 * np.arange(repeats * 3 * samples).reshape(repeats, 3, samples)
@@ -93,7 +99,7 @@ class Flags(unittest.TestCase):
     RUN = flags.natural_run([20], 400)
 
     def names(self, values, full_scale=1.0):
-        found = flags.flags_of(values[None], full_scale, self.RUN)[0]
+        found = flags.flags_of(values[None], full_scale, self.RUN)[0].any(axis=1)
         return [name for name, is_set in zip(flags.NAMES, found) if is_set]
 
     def channels(self):
@@ -134,6 +140,27 @@ class Arrays(unittest.TestCase):
         np.testing.assert_allclose(np.diff(rows["time_s"]), found["block_samples"] / RATE_HZ)
         self.assertAlmostEqual(rows["time_s"][0], (found["block_samples"] - 1) / RATE_HZ / 2)
         np.testing.assert_allclose(rows["sigma"], np.mean(found["scatter"]), rtol=0.5)
+
+    def test_a_carrier_far_off_in_long_blocks(self):
+        for ppm in (-9000.0, 300.0, 9000.0):
+            found = tricoil.demodulate(at_once(24_000, ppm), CARRIERS_HZ, rate_hz=RATE_HZ, reference=4, block=6000)
+            np.testing.assert_allclose(found["carrier_offset_ppm"], ppm, atol=1)
+            np.testing.assert_allclose(found["mean"], X, atol=1e-3)
+
+    def test_voltages_of_coils(self):
+        """Three carriers induce voltages in proportion to their frequency."""
+        growth = np.array(CARRIERS_HZ) / np.mean(CARRIERS_HZ)
+        values = at_once()
+        values[:, :3] = at_once_of(X * growth)
+        raw = tricoil.demodulate(values, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4)
+        np.testing.assert_allclose(raw["mean"], X * growth, atol=1e-3)
+        self.assertGreater(raw["misfit_share"], 0.01)
+        self.assertLess(raw["induced_misfit_share"], 1e-4)
+        mended = tricoil.demodulate(values, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4, induced=True)
+        np.testing.assert_allclose(mended["mean"], X, atol=1e-3)
+        np.testing.assert_allclose(mended["rows"]["x"].mean(axis=0), X, atol=1e-3)
+        self.assertIsNone(mended["induced_misfit_share"])
+        self.assertIsNone(tricoil.demodulate(at_once(), CARRIERS_HZ, rate_hz=RATE_HZ, reference=4)["induced_misfit_share"])
 
     def test_coils_in_turn(self):
         found = tricoil.demodulate(in_turn(), 10_000, rate_hz=200_000)
@@ -185,6 +212,7 @@ class Arrays(unittest.TestCase):
             ({"rate_hz": 200_000, "columns": "1,2,3", "reference": 4}, "is not one of columns"),
             ({"rate_hz": 2_000}, "carrier_hz 10000: must be more than 0, and at most 900 Hz"),
             ({"rate_hz": 200_000, "guard": -1}, "guard: -1 is not a whole number"),
+            ({"rate_hz": 200_000, "induced": True}, "induced: coils that are driven in turn have one carrier"),
         ):
             with self.assertRaisesRegex(ValueError, message):
                 tricoil.demodulate(values, 10_000, **options)
@@ -193,6 +221,11 @@ class Arrays(unittest.TestCase):
                                  (np.zeros((4, 3, 200, 4)), "no channel has a carrier of 10000 Hz"), ("/", "is a folder")):
             with self.assertRaisesRegex(ValueError, message):
                 tricoil.demodulate(capture, 10_000, rate_hz=200_000)
+        clipped = at_once()
+        clipped[:, 1] = np.clip(4 * clipped[:, 1], -0.3, 0.3)
+        for capture, carriers, message in ((at_once(), (45, 45, 80), "two frequencies are equal"), (clipped, CARRIERS_HZ, "every block of channel 2 is clipped")):
+            with self.assertRaisesRegex(ValueError, message):
+                tricoil.demodulate(capture, carriers, rate_hz=RATE_HZ, block=6000 if capture is not clipped else None, reference=4)
 
 
 class Files(unittest.TestCase):
@@ -277,7 +310,7 @@ class Files(unittest.TestCase):
         self.assertEqual(tricoil.command("demodulate", path, carrier_hz=CARRIERS_HZ, rate_hz=1000, reference=4), found)
         done = subprocess.run([*words, "--out", "-"], capture_output=True, text=True, check=True)
         self.assertEqual(len(done.stdout.splitlines()), 1 + found["repeats"])
-        self.assertIn("misfit to a dipole", done.stderr)
+        self.assertIn("couplings unexplained", done.stderr)
         with open("/dev/full", "w", encoding="utf-8") as full:
             done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
         self.assertEqual(done.returncode, 3)

@@ -158,6 +158,29 @@ class Fusion(Folder):
                 self.assertLess((Rotation.from_quat(np.roll(imu["mount_wxyz"], -1)) * cases.MOUNT.inv()).magnitude(), 0.01)
                 self.assertAlmostEqual(imu["gravity_m_s2"], 9.81, delta=0.1)
 
+    def test_size_of_the_accelerations(self):
+        """A slow motion shows gravity; a fast one may have much more, but not in another unit."""
+        from tricoil._inertial import check_gravity
+
+        direction = np.random.default_rng(5).normal(size=(200, 3))
+        direction /= np.linalg.norm(direction, axis=1)[:, None]
+        fast = direction * np.linspace(5, 45, 200)[:, None]
+        check_gravity(9.8 * direction, "slow")
+        check_gravity(fast, "fast")
+        for acc in (25 * direction, fast / 9.8, 9.8 * fast):
+            with self.assertRaisesRegex(ValueError, "the usual acceleration is"):
+                check_gravity(acc, "wrong")
+
+    def test_shocks_between_samples(self):
+        """Each is seen by one sample only; the fusion does not trust it."""
+        (time_s, position, q, acc, gyro), motion = cases.generated()
+        acc = acc.copy()
+        acc[150::160] += [0, 0, 200]
+        optics, imu = cases.files(self.folder, (time_s, position, q, acc, gyro), cases.shown(time_s, np.ones(len(time_s), bool), 0.2))
+        path = tricoil.truth(optics, imu=imu)
+        error = path.poses.position_m - motion(path.poses.time_s)[0]
+        self.assertLess(cases.rms(error), 2 * cases.NOISE_M)
+
     @unittest.skipUnless(cases.recorded(), "TRICOIL_DATA_DIR with fast-motion is not set")
     def test_recorded_motion(self):
         path = next(path for path in cases.recorded() if "07" in path.name)

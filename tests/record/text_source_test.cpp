@@ -208,7 +208,7 @@ TEST(TextSource, WrongLinesOfAStreamAreCountedAndTheRunGoesOn) {
     const auto summary = nlohmann::json::parse(last);
     EXPECT_EQ(summary["columns"], 30) << piped.err;
     EXPECT_EQ(summary["lines_refused"], 8) << piped.err;
-    EXPECT_THAT(piped.err, HasSubstr("tricoil: columns:-: line 36: state 7: must be a whole number from 0 to 3"));
+    EXPECT_THAT(piped.err, HasSubstr("tricoil: columns:-: line 36: state 7: must be a whole number from 1 to 3"));
 }
 
 /// All columns name the same coil.
@@ -221,7 +221,7 @@ TEST(TextSource, ARunWithoutValidPosesSaysWhatToCheck) {
     for (const char* form : {"run", "run --json", "run --json-lines -"}) {
         const auto run = tricoil(form + device);
         EXPECT_EQ(run.exit_code, 1) << form;
-        EXPECT_THAT(run.err, HasSubstr("one_coil.csv: no valid pose: do the times, state, mux and rate_hz")) << form;
+        EXPECT_THAT(run.err, HasSubstr("do the times, state, mux and rate_hz")) << form;
     }
     const auto fine = tricoil("run --json --device couplings:" + couplings() + ",rate_hz=240,sigma=2e-6");
     EXPECT_EQ(fine.err, "");
@@ -233,10 +233,11 @@ TEST(TextSource, AWrongLineOfAFileIsNamed) {
              {names + "0,1,0.1,0.2,0.3\n", ":2: has 5 fields instead of 6"},
              {names + "0,1,0.1,abc,0.3,1e-6\n", ":2: in_phase_2, 'abc', is not a number"},
              {names + "0,1,0.1,nan,0.3,1e-6\n", ":2: couplings and sigma must be finite"},
-             {names + "0,4,0.1,0.2,0.3,1e-6\n", ":2: state 4: must be a whole number from 0 to 3"},
+             {names + "0,4,0.1,0.2,0.3,1e-6\n", ":2: state 4: must be a whole number from 1 to 3"},
              {"0,1,0.1,0.2,0.3,1e-6\n", ":1: '0,1,0.1,0.2,0.3,1e-6': neither a JSON object nor names"},
-             {names + "0,0,0.1,0.2,0.3,1e-6\n", ":2: no couplings: needs state (1 to 3)"},
+             {names + "0,0,0.1,0.2,0.3,1e-6\n", ":2: state 0: must be a whole number from 1 to 3"},
              {names + "0,1,0.1,,0.3,1e-6\n", ":2: no couplings"},
+             {std::string("PK\3\4\24\0\0", 7) + "x11\n", ":1: binary data; a text file is needed"},
              {"state,in_phase_1,in_phase_2,in_phase_3,sigma\n1,1,1,1,1\n", ":2: no time"},
              {"time_us,state,in_phase_1,in_phase_2,in_phase_3\n0,1,1,1,1\n", ":2: no sigma: add ,sigma=S"},
              {names + "0,1,0.1,0.2,0.3,1e-6\n{\"time_us\"", ":3: is not a JSON object"}}) {

@@ -37,6 +37,8 @@ void add_demodulate_command(CLI::App* sub, Action& action) {
     list<std::string>(sub, "--columns", "Channels by name or by number from 1; default: all");
     option<std::string>(sub, "--reference", "Channel of the reference current by name or number, or none; default: found");
     file(sub, "--wiring", kWiringHelp);
+    sub->add_flag("--induced")
+        ->description("Coils at once: divide their voltages, which grow with the carrier, by carrier over mean");
     file(sub, "--out", "Couplings of each repeat (CSV), for calibrate and --device couplings:FILE");
     sub->add_flag("--follow")->description("Wait for more at the end of the file, and write each row at once");
     sub->add_flag("--json")->description("Result as JSON");

@@ -117,17 +117,6 @@ int run_on_device(const RunCommand& command) {
     return linux_board::run_device(options);
 }
 
-/// What to do if no pose of a run is valid. Distortion comes first: it may also hide the half space of the sensor.
-std::string advice_without_poses(tracking::PoseFlags flags) {
-    const bool is_distorted = flags.has(tracking::PoseFlag::distorted);
-    std::string advice = is_distorted ? "; is metal near the coils, or the calibration of other coils?" : "";
-    if (flags.has(tracking::PoseFlag::hemisphere_unknown)) {
-        advice += is_distorted ? " If not, give" : "; give";
-        advice += " the half space of the sensor with --hemisphere X,Y,Z, or use --confined";
-    }
-    return advice;
-}
-
 /// A negative number needs no quotes, and shell_word() would make it a path.
 std::string value_word(const std::string& value) { return value.starts_with('-') ? value : shell_word(value); }
 
@@ -157,6 +146,13 @@ std::string see_it_command(const CLI::App& run, const std::vector<const CLI::Opt
     return words;
 }
 
+/// The command that demodulates the samples of --record-wav, to be pasted.
+std::string demodulate_command(const CLI::App& run, const std::string& wav, const signal::AcquisitionPlan& plan) {
+    const auto carriers = std::span(plan.params.carrier_hz).first(static_cast<std::size_t>(plan.carriers()));
+    return fmt::format("{} demodulate {} --carrier-hz {} --block {} --reference 4 --induced --out couplings.csv",
+                       shell_word(run.get_parent()->get_name()), value_word(wav), fmt::join(carriers, ","), plan.block_samples);
+}
+
 }  // namespace
 
 int run_tracking(RunCommand& command) {
@@ -177,6 +173,9 @@ int run_tracking(RunCommand& command) {
     if (!command.json && command.json_lines.empty() && is_built(Component::web) && !fixed_method(command.options.tracker)) {
         print_text("see it: {}\n", see_it_command(*command.app, command.shared_options));
     }
+    if (!command.json && !command.options.wav.empty()) {
+        print_text("demodulate it: {}\n", demodulate_command(*command.app, command.options.wav, report.plan));
+    }
     if (!report.recording_error.empty()) {
         throw DeviceError(report.recording_error);
     }
@@ -186,7 +185,7 @@ int run_tracking(RunCommand& command) {
         return to_int(ExitCode::check_failed);
     }
     if (report.score.scored == 0 && report.score.invalid > 0) {
-        print_notice("tricoil: no valid pose: {}{}\n", to_text(report.seen_flags), advice_without_poses(report.seen_flags));
+        print_notice("tricoil: no valid pose: {}\n", advice_without_poses(report.seen_flags));
         // Couplings for a calibration do not need valid poses of this tracker.
         return to_int(command.options.couplings.empty() ? ExitCode::check_failed : ExitCode::fine);
     }

@@ -91,8 +91,10 @@ def table_of(data: bytes, path: str) -> bytes:
 
 
 def samples_of(data: bytes, path: str):
-    """The array with the most numbers: of (N, channels), or (repeats, 3, samples, channels)."""
-    return max(arrays_of(data, path).values(), key=lambda array: array.size)
+    """The array with the most numbers: of (N, channels), or (repeats, 3, samples, channels). If it is (N,): all arrays of N are the channels."""
+    arrays = list(arrays_of(data, path).values())
+    largest = max(arrays, key=lambda array: array.size)
+    return largest if largest.ndim != 1 else np.column_stack([array for array in arrays if array.shape == largest.shape])
 
 
 @contextlib.contextmanager

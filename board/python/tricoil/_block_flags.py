@@ -35,16 +35,13 @@ def _has_flat_tops(codes, low, high, run):
 
 
 def flags_of(values, full_scale: float, run: int):
-    """Flags of each block, (B, 4) in the order of NAMES. values: (B, n, C); full_scale: largest value, 0: unknown; run: natural_run()."""
+    """Flags of each block and channel, (B, 4, C), in the order of NAMES. values: (B, n, C); full_scale: largest value, 0: unknown; run: natural_run()."""
     is_known = full_scale > 0
     scale = full_scale if is_known else np.maximum(abs(values).max(axis=(1, 2)), 1e-300)[:, None, None]
     codes = (RANGE * np.clip(values / scale, -2.0, 2.0)).astype(np.int32)
     low, high, total = codes.min(axis=1), codes.max(axis=1), codes.sum(axis=1, dtype=np.int64)
     stuck = low == high
     stuck[:, REFERENCE:] = False
-    found = np.zeros((len(values), len(NAMES)), bool)
-    found[:, 0] = is_known & ((high >= RANGE) | (low <= -RANGE)).any(axis=1)
-    found[:, 1] = _has_flat_tops(codes, low, high, run).any(axis=1)
-    found[:, 2] = stuck.any(axis=1)
-    found[:, 3] = is_known & (OFFSET_DIVISOR * abs(total) > values.shape[1] * RANGE).any(axis=1)
-    return found
+    saturated = is_known & ((high >= RANGE) | (low <= -RANGE))
+    offset = is_known & (OFFSET_DIVISOR * abs(total) > values.shape[1] * RANGE)
+    return np.stack((saturated, _has_flat_tops(codes, low, high, run), stuck, offset), axis=1)

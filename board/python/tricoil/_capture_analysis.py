@@ -22,6 +22,8 @@ MIN_REFERENCE_RATIO = 1.5  # in every block, reference amplitude over that of th
 STEADY_RATIO = 1.1  # strongest block over weakest, of the reference to coils in turn
 UNSTEADY_RATIO = 1.3  # the same, of every sensor channel
 MIN_REFERENCE_SHARE = 0.5  # of its mean amplitude; a weaker reference dropped out
+WORTH = 0.5  # share of the misfit: a correction that leaves less is told
+SEARCHED = 4  # blocks in which the carriers are searched
 SETUP_S = 1  # signal that gives frequencies, reference, phases and signs
 SETUP_BLOCKS = 12  # of each coil
 ROW = np.dtype([("time_s", float), ("x", float, (3, 3)), ("quadrature", float, (3, 3)), ("sigma", float)])
@@ -44,9 +46,11 @@ class Repeat:
 
 
 class Analyser:
-    """Raises ValueError for carriers that do not suit the rate, the blocks, or each other."""
+    """induced: coils whose voltages grow with the carrier; couplings are divided by the carrier over the mean of the carriers.
 
-    def __init__(self, capture: Capture, carrier_hz, rate_hz: float, guard: int, block: int, reference: str | None, wiring: Wiring):
+    Raises ValueError for carriers that do not suit the rate, the blocks, or each other."""
+
+    def __init__(self, capture: Capture, carrier_hz, rate_hz: float, guard: int, block: int, reference: str | None, wiring: Wiring, induced: bool):
         self.capture, self.guard, self.reference_name, self.wiring = capture, guard, reference, wiring
         self.rate_hz = rate_hz or capture.rate_hz
         needed = 1 if capture.has_states else COILS
@@ -55,7 +59,11 @@ class Analyser:
         if len(carrier_hz) != needed:
             raise ValueError(f"{capture.path}: {len(carrier_hz)} carriers; with the columns state, repeat and sample the coils are driven in turn, at "
                              "one carrier, otherwise at the same time, at three")
+        if induced and capture.has_states:
+            raise ValueError("--induced: coils that are driven in turn have one carrier; leave it out")
+        self.induced = induced
         self.given_hz = np.array(carrier_hz, float)
+        self.growth = self.given_hz / self.given_hz.mean()  # of induced voltages
         self.w = 2 * np.pi * self.given_hz / self.rate_hz  # of the carriers, radians per sample
         self.block_samples = int(min(self._checked_block(block), LONGEST_BLOCK))
         self.flags = np.zeros(len(_block_flags.NAMES), bool)
@@ -76,8 +84,11 @@ class Analyser:
         lines_hz = np.sort(np.concatenate(([0, self.rate_hz / 2], self.given_hz)))
         apart_hz = np.diff(lines_hz).min()
 
+        if not apart_hz > 0:
+            raise ValueError("--carrier-hz: two frequencies are equal; coils that are driven at the same time need three")
+
         def samples_for(periods):
-            return float(np.ceil(periods * self.rate_hz / max(apart_hz, 1e-9 * self.rate_hz)))
+            return float(np.ceil(periods * self.rate_hz / apart_hz))
 
         samples = float(block) if block else samples_for(DEFAULT_PERIODS)
         if not self.capture.has_states and not samples_for(MIN_PERIODS) <= samples <= LONGEST_BLOCK:
@@ -115,17 +126,20 @@ class Analyser:
     def _read_setup(self, batches):
         parts, rest = self._setup_of(batches)
         if not parts:
-            raise ValueError(f"{self.capture.path}: holds no samples, or fewer than a block of {self.block_samples}")
+            raise ValueError(f"{self.capture.path}: holds no samples, or fewer than a block of {self.block_samples}; give --block, or carriers farther apart")
         setup = Blocks.joined(parts)
         flags = self._flags_of(setup)
-        self.flags |= flags.any(axis=0)
-        if flags[:, :2].any(axis=1).all():
-            raise ValueError(f"{self.capture.path}: every block is clipped; reduce the gain")
+        self.flags |= flags.any(axis=(0, 2))
+        is_clipped = flags[:, :2].any(axis=1)
+        self.clipped, always = ([name for name, is_so in zip(self.capture.channels, some) if is_so] for some in (is_clipped.any(axis=0), is_clipped.all(axis=0)))
+        if always:
+            raise ValueError(f"{self.capture.path}: every block of {', '.join(always)} is clipped; reduce the gain")
         return setup, rest
 
     def _estimate_frequencies(self, blocks: Blocks):
         half = self.samples // 2
         values = self.window(blocks)
+        self._search(values[:SEARCHED])
         for _ in range(3):
             fit = ToneFit(self.w, half)
             first, second = fit.fit(values)[0], fit.fit(values[:, half:])[0]
@@ -134,6 +148,18 @@ class Analyser:
         self.carrier_hz = self.w / (2 * np.pi) * self.rate_hz
         self.offset_ppm = 1e6 * (self.carrier_hz / self.given_hz - 1)
         self.fit = ToneFit(self.w, self.samples)
+
+    def _search(self, values):
+        """The strongest frequency near each carrier, where the phase over half a block would be ambiguous."""
+        window = np.hanning(self.samples)
+        near = np.diff(np.sort(np.concatenate(([0.0], self.w, [np.pi])))).min() / 2
+        for k, w in enumerate(self.w):
+            reach = min(1e-6 * MOST_OFFSET_PPM * w, near)
+            steps = int(reach * self.samples / np.pi)  # of half a period a block
+            if steps > 0:
+                tried = w + np.arange(-steps, steps + 1) * reach / steps
+                power = [np.sum(abs(np.einsum("n,bnc->bc", window * np.exp(-1j * one * np.arange(self.samples)), values)) ** 2) for one in tried]
+                self.w[k] = tried[int(np.argmax(power))]
 
     def _tones_of(self, blocks: Blocks):
         """Amplitudes (B, C, K), of coils at the same time with the phases at the first sample of the capture; and noise (B, C)."""
@@ -163,8 +189,9 @@ class Analyser:
             is_steady = self.capture.has_states and change[c] < STEADY_RATIO and np.delete(change, c).min() >= UNSTEADY_RATIO
             if is_steady or weakest[c] >= MIN_REFERENCE_RATIO * np.delete(strongest, c).max():
                 return c
+        clipped = f"; {', '.join(self.clipped)} is clipped" if self.clipped else ""
         raise ValueError(f"{self.capture.path}: cannot identify the reference channel: no carrier is much larger than the others in every block, or alone "
-                         "equal for all coils; name it with --reference")
+                         f"equal for all coils{clipped}; name it with --reference")
 
     def _choose_channels(self, amplitude):
         channels = len(self.capture.channels)
@@ -224,7 +251,8 @@ class Analyser:
         """Rows of the repeats that these blocks complete."""
         coils, z = self._columns_of(blocks, amplitude)
         variance = 2 / (self.samples * COUPLINGS) * np.sum(noise[:, self.sensors] ** 2, axis=1)
-        weights = np.sum(1 / self.reference_amplitude**2) * variance
+        share = 1 / self.growth if self.induced else np.ones(len(self.w))
+        weights = np.sum((share / self.reference_amplitude) ** 2) * variance
         rows = []
         for n, number in enumerate(blocks.repeat.tolist()):
             begin = float(blocks.begin[n] + self.guard)
@@ -235,7 +263,7 @@ class Analyser:
                 if coil in repeat.coils:
                     raise ValueError(f"{self.capture.path}: repeat {number} holds state S{coil + 1} twice")
                 repeat.coils.add(coil)
-                repeat.columns[:, coil] = self.sign * z[n, j]
+                repeat.columns[:, coil] = self.sign * share[j if self.induced else 0] * z[n, j]
             if len(repeat.coils) == COILS:
                 rows.append(((repeat.begin + repeat.end - 1) / 2 / self.rate_hz, repeat.columns.real, repeat.columns.imag, np.sqrt(repeat.variance)))
                 del self.repeats[number]
@@ -278,8 +306,15 @@ class Analyser:
     def _add_next(self, blocks):
         if not len(blocks):
             return np.empty(0, ROW)
-        self.flags |= self._flags_of(blocks).any(axis=0)
+        self.flags |= self._flags_of(blocks).any(axis=(0, 2))
         return self._add(blocks, *self._tones_of(blocks))
+
+    def _induced_misfit(self, mean, scatter, misfit_share):
+        """The misfit with --induced, if that would be much smaller; otherwise None."""
+        if self.induced or self.capture.has_states:
+            return None
+        other = sensor_in(mean / self.growth, scatter)["misfit_share"]
+        return other if other < WORTH * misfit_share else None
 
     def result(self) -> dict:
         """After all rows: what tricoil demodulate --json prints."""
@@ -308,5 +343,6 @@ class Analyser:
             "snr_db": sensor["snr_db"],
             "estimated_sigma": float(np.sqrt(self.sums["variance"] / self.count)),
             "misfit_share": sensor["misfit_share"],
+            "induced_misfit_share": self._induced_misfit(mean, scatter, sensor["misfit_share"]),
             "flags": [name for name, is_set in zip(_block_flags.NAMES, self.flags) if is_set],
         }

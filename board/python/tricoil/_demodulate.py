@@ -13,7 +13,7 @@ from ._poses import refuse_others
 from ._wiring import OF_COILS_COMMENT, Wiring, wiring_of
 
 COLUMNS = ["time_us", "sigma", *(f"{kind}{i}{j}" for kind in "xq" for i in "123" for j in "123")]
-OPTIONS = ("carrier_hz", "rate_hz", "bits", "guard", "block", "columns", "reference", "wiring", "out", "follow")
+OPTIONS = ("carrier_hz", "rate_hz", "bits", "guard", "block", "columns", "reference", "wiring", "induced", "out", "follow")
 
 
 def _list(value, kind):
@@ -41,13 +41,13 @@ def _csv(rows):
     return "".join(lines)
 
 
-def _analysed(capture, carrier_hz, rate_hz=None, guard=0, block=0, reference=None, wiring=None, out=None, keeps_rows=False):
+def _analysed(capture, carrier_hz, rate_hz=None, guard=0, block=0, reference=None, wiring=None, induced=False, out=None, keeps_rows=False):
     """Result and rows, if they are kept: a stream may be endless."""
     rows = []
     with OutputFile(os.fspath(out)) if out is not None else contextlib.nullcontext() as file:
         if file:
             file.write(("" if wiring is None else OF_COILS_COMMENT + "\n") + ",".join(COLUMNS) + "\n")
-        analyser = Analyser(capture, _list(carrier_hz, float), float(rate_hz or 0), guard, block, reference, wiring_of(wiring))
+        analyser = Analyser(capture, _list(carrier_hz, float), float(rate_hz or 0), guard, block, reference, wiring_of(wiring), bool(induced))
         for some in analyser.rows():
             if keeps_rows:
                 rows.append(some)
@@ -74,7 +74,8 @@ def run(capture, bits=16, columns=None, follow=False, guard=0, block=0, keeps_ro
 
 
 def demodulate(capture, carrier_hz, *, rate_hz: float | None = None, bits: int = 16, guard: int = 0, block: int | None = None, columns=None,
-               reference: str | int | None = None, wiring: Wiring | str | os.PathLike | None = None, out: str | os.PathLike | None = None) -> dict:
+               reference: str | int | None = None, wiring: Wiring | str | os.PathLike | None = None, induced: bool = False,
+               out: str | os.PathLike | None = None) -> dict:
     """Couplings from raw samples of three sensor coils, and optionally of the reference current.
 
     capture: name of a WAV file or a table, as `tricoil demodulate` reads them, or an array: (N, channels) of coils that are driven at the same
@@ -82,7 +83,9 @@ def demodulate(capture, carrier_hz, *, rate_hz: float | None = None, bits: int =
     `bits` bits, with or without sign, others volts. carrier_hz: one frequency of coils in turn, three of coils at the same time; estimated within
     1 %. rate_hz: samples per second and channel; None: of the WAV file. guard: samples to discard at the start of each block. block: samples of a
     block of coils at the same time; None: four periods of the smallest difference of frequencies. columns: channels by name or number from 1.
-    reference: channel of the reference current by name or number, "none", or None: found. wiring: of the channels, see read_wiring(). out: file for the couplings of each repeat (CSV).
+    reference: channel of the reference current by name or number, "none", or None: found. wiring: of the channels, see read_wiring(). induced: the sensors are coils,
+    whose voltages grow with the carrier: couplings at three carriers are divided by the carrier over the mean of the carriers. out: file for the
+    couplings of each repeat (CSV).
 
     Returns the dictionary that `tricoil demodulate --json` prints, with "rows", a structured array (repeats,) of time_s (s, middle, from the first
     sample), x and quadrature (3, 3; sensor channel i, source coil j; share of the reference, or volts or codes without one) and sigma (standard
@@ -93,7 +96,7 @@ def demodulate(capture, carrier_hz, *, rate_hz: float | None = None, bits: int =
 
     try:
         result, rows = run(capture, keeps_rows=True, bits=bits, columns=columns, guard=guard, block=block, carrier_hz=carrier_hz, rate_hz=rate_hz,
-                           reference=reference, wiring=wiring, out=out)
+                           reference=reference, wiring=wiring, induced=induced, out=out)
     except ValueError as error:
         raise ValueError(own_names(str(error))) from None
     result["rows"] = np.concatenate(rows)
@@ -109,6 +112,11 @@ def _number(value: float, form: str) -> str:
     return text if value == 0 or any(c in "123456789" for c in text.partition("e")[0]) else f"{value:.2g}"
 
 
+def _percent(misfit_share):
+    """Of the amplitude, as the calibrations print it."""
+    return _number(100 * np.sqrt(misfit_share), ".1f") + " %"
+
+
 def text(r: dict) -> str:
     """The result as lines."""
     lines = [f"carrier {hz:.3f} Hz, {ppm:+.0f} ppm from the given one" for hz, ppm in zip(r["carrier_hz"], r["carrier_offset_ppm"])]
@@ -122,6 +130,8 @@ def text(r: dict) -> str:
         lines.append(f"  {r['channels'][channel]}{entries}" + (f"   (phase {r['phase_deg'][i]:+.1f} deg)" if has_reference else ""))
     singular = " ".join(_number(s, ".5f") for s in r["singular_values"])
     lines.append(f"det {_number(r['determinant'], '+.3e')}, singular values {singular}, signal to noise {_number(r['snr_db'], '.1f')} dB, "
-                 f"misfit to a dipole {_number(100 * r['misfit_share'], '.1f')} %")
+                 f"couplings unexplained {_percent(r['misfit_share'])}")
+    if r["induced_misfit_share"] is not None:
+        lines.append(f"voltages of coils grow with the carrier: with --induced {_percent(r['induced_misfit_share'])} are unexplained")
     lines += [f"flag: {flag}" for flag in r["flags"]]
     return "\n".join([*lines, r["verdict"]]) + "\n"

@@ -25,6 +25,8 @@ CONSTANTS = 28
 BIAS_M_S2, BIAS_RAD_S = 0.3, 0.1  # standard deviations before any measurement
 RATE_RAD_S = 100.0
 EARTH_M_S2, EARTH_DEVIATION_M_S2 = 9.806, 0.03  # from the equator to the poles 9.780 to 9.832, and the scale of an accelerometer
+# Squared error of a mean over an interval, over the squared second difference of the samples: a shock may fall between two accelerations; rates are smooth.
+ACC_MISSED, GYRO_MISSED = 1.0, 1 / 16
 PRIOR = np.array([1.0] * 9 + [0.1] + [0.01] * 18)
 STILL = 1e-9  # standard deviation of a constant that is not estimated
 STILL_RATE = 1e-3  # of a state that is not: large enough for the condition of the matrix, small beside what is measured
@@ -60,6 +62,8 @@ class Integral:
     def __init__(self, time_s, values):
         self.time_s, self.values = time_s, values
         self.total = np.vstack((np.zeros(3), np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time_s)[:, None], axis=0)))
+        second = np.diff(values, 2, axis=0)
+        self.bent = np.pad(np.mean(second**2, axis=1), 1, mode="edge")
 
     def __call__(self, time_s):
         """Integral from the first sample, (N, 3); beyond the ends the end values continue."""
@@ -72,6 +76,10 @@ class Integral:
 
     def mean(self, time_s):
         return np.diff(self(time_s), axis=0) / np.diff(time_s)[:, None]
+
+    def density(self, time_s):
+        """Mean squared second difference of the samples of one axis times the interval, between the times, (N - 1,)."""
+        return np.interp((time_s[1:] + time_s[:-1]) / 2, self.time_s, self.bent) * np.diff(time_s)
 
 
 @dataclasses.dataclass
@@ -194,7 +202,7 @@ class Fusion:
         first[:, TURN, GYRO_BIAS], constant[:, TURN, GYRO_AXES] = h * sensor, -h * by_gyro
         return r, first, constant
 
-    def information(self):
+    def information(self, offset_s):
         """Inverse covariance of the residuals: its diagonal, and its entries between a state and its derivative, (N - 1, 27) each."""
         dt, q = self.dt, self.noise
         own, with_partner = np.zeros((2, len(dt), STATES))
@@ -204,7 +212,9 @@ class Fusion:
             for part, entry in ((rows, v), (rates, p)):
                 own[:, part], with_partner[:, part] = (entry / determinant)[:, None], (-pv / determinant)[:, None]
 
-        pair(POSITION, VELOCITY, *(q.acceleration * moment for moment in (dt**3 / 3, dt**2 / 2, dt)))
+        times = self.time_s + offset_s
+        missed = [0 if one is None else share * one.density(times) for one, share in ((self.acc, ACC_MISSED), (self.gyro, GYRO_MISSED))]
+        pair(POSITION, VELOCITY, *((q.acceleration + missed[0]) * moment for moment in (dt**3 / 3, dt**2 / 2, dt)))
         # Of the stationary covariance diag(1, l^2): P - F P F^T. A series where it cancels.
         for k, per_s in enumerate(q.smooth_per_s):
             x = per_s * dt
@@ -212,7 +222,7 @@ class Fusion:
             position = np.where(x < 0.02, 4 / 3 * x**3 - 2 * x**4, 1 - kept * ((1 + x) ** 2 + x**2))
             rows, rates = (slice(part.start + 3 * k, part.start + 3 * k + 3) for part in (SMOOTH, SMOOTH_RATE))
             pair(rows, rates, *(q.smooth[k] * moment for moment in (position, per_s * 2 * x**2 * kept, per_s**2 * (1 - kept * ((1 - x) ** 2 + x**2)))))
-        for part, density in ((TURN, q.rate), (ACC_BIAS, q.acc_walk if self.acc else STILL_RATE**2), (GYRO_BIAS, q.gyro_walk)):
+        for part, density in ((TURN, q.rate + missed[1]), (ACC_BIAS, q.acc_walk if self.acc else STILL_RATE**2), (GYRO_BIAS, q.gyro_walk)):
             own[:, part] = 1 / (density * dt)[:, None]
         return own, with_partner
 
@@ -229,7 +239,7 @@ class Fusion:
         """The state after a Gauss-Newton step, and the largest changes of position and attitude."""
         n = len(self.time_s)
         r, first, constant = self.motion(s)
-        own, with_partner = self.information()
+        own, with_partner = self.information(s.offset_s)
 
         def weighted(values):
             return own[:, :, None] * values + with_partner[:, :, None] * values[:, PARTNER]

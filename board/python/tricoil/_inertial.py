@@ -20,6 +20,7 @@ UNITS = {"m_s2": 1.0, "m/s2": 1.0, "m/s^2": 1.0, "m/s²": 1.0, "g": STANDARD_GRA
          "deg_s": np.pi / 180, "deg/s": np.pi / 180, "dps": np.pi / 180, "°/s": np.pi / 180}
 UNIT = re.compile(r"(.+?)[\s_.\[(]*(" + "|".join(sorted(map(re.escape, UNITS), key=len, reverse=True)) + r")[\])]?")
 FEWEST = 50
+STEADY = 0.3  # standard deviation of the accelerations over the usual one: those of a slow motion are gravity
 GRID_HZ = 200.0
 SPAN = 10  # samples of that grid: half the width of the mean acceleration
 ACCELERATING_M_S2 = 0.5  # a slower motion does not show mirrored axes
@@ -83,7 +84,9 @@ def check_gravity(acc, name):
     for unit, factor in (("g", STANDARD_GRAVITY), ("mg", 1e-3 * STANDARD_GRAVITY)):
         if 0.8 < size * factor / STANDARD_GRAVITY < 1.25:
             raise PoseError(f"{name}: the usual acceleration is {size:.4g}, so its unit is {unit}, not m/s2; name the columns acc_x_{unit} to acc_z_{unit}")
-    if not 0.7 < size / STANDARD_GRAVITY < 1.5:
+    is_steady = np.std(np.linalg.norm(acc, axis=1)) < STEADY * size
+    least, most = (0.7, 1.5) if is_steady else (0.3, 6.0)
+    if not least < size / STANDARD_GRAVITY < most:
         raise PoseError(f"{name}: the usual acceleration is {size:.4g} m/s2, where gravity alone is 9.8; correct the unit, or the zero of the accelerometer")
 
 

@@ -203,7 +203,7 @@ class Fuser:
 
     def check_biases(self, s):
         for sensor, bias, most, unit in ((self.acc, s.acc_bias, MOST_ACC_BIAS_M_S2, "m/s2"), (self.gyro, s.gyro_bias, MOST_GYRO_BIAS_RAD_S, "rad/s")):
-            largest = 0 if sensor is None else np.abs(bias).max()
+            largest = 0 if sensor is None else np.median(np.abs(bias), axis=0).max()
             if largest > most:
                 raise PoseError(f"{self.inertial.name}: would need a bias of {largest:.2g} {unit}; are its clock and attitude right, and is it on the same body?")
 
