@@ -44,6 +44,16 @@ class Command(unittest.TestCase):
         light = "import sys, tricoil, tricoil.plot; sys.exit('scipy' in sys.modules)"
         self.assertEqual(subprocess.run([sys.executable, "-c", light], check=False).returncode, 0)
 
+    def test_an_interpreter_without_numpy_is_named(self):
+        code = "import sys; sys.modules['numpy'] = None; import tricoil"
+        done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
+        last = done.stderr.splitlines()[-1]
+        self.assertIn("ImportError: tricoil needs NumPy", last)
+        self.assertIn(sys.executable, last)
+        code = "import sys; sys.version_info = type('v', (), {'major': 3, 'minor': 99})(); sys.path.pop(0); from tricoil import _interpreter"
+        done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
+        self.assertIn("was built for Python 3.", done.stderr.splitlines()[-1])
+
     def test_bad_input(self):
         for name, options, message in (
             ("rnu", {}, "unknown command 'rnu'; did you mean 'run'"),

@@ -11,7 +11,11 @@ source frame. Couplings X[i, j] are the output of sensor coil i while source coi
 >>> print(run.rms_mm(), run.poses["position_m"].shape)
 """
 
-from ._bench import bench
+from . import _interpreter
+
+_interpreter.check()
+
+from ._bench import bench  # noqa: E402
 from ._command import calibrate, command, evaluate
 from ._demodulate import demodulate
 from ._dynamic import verify
