@@ -94,6 +94,8 @@ TEST(Help, OfUnknownCommandsNamesTheNearest) {
     EXPECT_EQ(tricoil("help rum").exit_code, 2);
     EXPECT_EQ(tricoil("help rum").err.find("tricoil: unknown command 'rum'; did you mean 'run'?"), 0U);
     EXPECT_EQ(tricoil("help device wach").err.find("tricoil: unknown command 'wach'; did you mean 'watch'?"), 0U);
+    EXPECT_EQ(tricoil("rum --help").err.find("tricoil: unknown command 'rum'; did you mean 'run'?"), 0U);
+    EXPECT_EQ(tricoil("device wach --help").exit_code, 2);
     EXPECT_EQ(tricoil("help run circle").err, "tricoil: tricoil run has no commands\n");
 }
 
