@@ -101,22 +101,6 @@ std::shared_ptr<Source> source_of(std::shared_ptr<Owner> owner) {
     return {std::move(owner), source};
 }
 
-class OwnSimulation {
-public:
-    OwnSimulation(const SimulationOptions& options, tracking::TrackerTap<double>& tap)
-        : board_(options),
-          loop_(board_.loop_params(options), {board_.clock, board_.coils, board_.sampler, link_, &tap}),
-          source_(board_, loop_) {}
-
-    [[nodiscard]] Source& source() { return source_; }
-
-private:
-    SimulatedBoard board_;
-    sim::SimulatedLink<double> link_{[](const tracking::PoseEstimate<double>&) {}};
-    app::MainLoop<double> loop_;
-    SimulatedSource<app::MainLoop<double>> source_;
-};
-
 /// A recording without columns (the device computed the poses) gives its recorded poses.
 class OwnRecording {
 public:

@@ -127,4 +127,22 @@ private:
     DeviceTime newest_;  // time of the newest accepted column
 };
 
+/// A simulated board with its main loop, as a source. Gives its columns and poses to a tap, which must outlive this object.
+class OwnSimulation {
+public:
+    OwnSimulation(const SimulationOptions& options, tracking::TrackerTap<double>& tap)
+        : board_(options),
+          loop_(board_.loop_params(options), {board_.clock, board_.coils, board_.sampler, link_, &tap}),
+          source_(board_, loop_) {}
+
+    [[nodiscard]] Source& source() { return source_; }
+    [[nodiscard]] const SimulatedBoard& board() const { return board_; }
+
+private:
+    SimulatedBoard board_;
+    sim::SimulatedLink<double> link_{[](const tracking::PoseEstimate<double>&) {}};
+    app::MainLoop<double> loop_;
+    SimulatedSource<app::MainLoop<double>> source_;
+};
+
 }  // namespace tricoil::host

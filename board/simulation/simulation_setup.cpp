@@ -10,6 +10,7 @@
 #include "board/support/sim_input/trajectory_file.hpp"
 #include "board/support/tracker_choice.hpp"
 #include "sim/motion/recorded_motion.hpp"
+#include "sim/motion/simple_motions.hpp"
 #include "sim/world/metal_check.hpp"
 
 namespace tricoil::host {
@@ -26,8 +27,10 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
         // The path ends in full motion: a prediction beyond its end has no truth.
         scenario.duration_s = motion->duration_s() - to_seconds(prediction_of_option(options.tracker, options.predict_ahead_s));
         scenario.motion = std::move(motion);
-    } else if (options.speed != 1 || options.place_m != SimulationOptions{}.place_m) {
-        throw InputError("--speed and --place: no recorded path to play; add --trajectory FILE");
+    } else {
+        refuse_if(options.place_m != SimulationOptions{}.place_m, "--place: no recorded path to place; add --trajectory FILE");
+        refuse_if(!(options.speed > 0) || !std::isfinite(options.speed), "--speed {}: must be positive", options.speed);
+        scenario.motion = std::make_unique<sim::PacedMotion>(std::move(scenario.motion), options.speed);
     }
     if (options.no_noise) {
         scenario.world.converter.noise_v_per_sqrt_hz = 0;

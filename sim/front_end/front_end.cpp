@@ -332,7 +332,8 @@ void SimulatedFrontEnd::run_slot() {
 }
 
 std::optional<PeerFaultKind> SimulatedFrontEnd::fault_at(std::uint32_t number) const {
-    const auto found = std::ranges::find_if(params_.faults, [&](const PeerFault& fault) { return fault.hits(number); });
+    const auto found =
+        std::find_if(params_.faults.begin(), params_.faults.end(), [&](const PeerFault& fault) { return fault.hits(number); });
     return found == params_.faults.end() ? std::nullopt : std::optional(found->kind);
 }
 

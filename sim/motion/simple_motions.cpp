@@ -76,7 +76,11 @@ Pose PaperMotion::do_at(double time_s) const {
 HandMotion::HandMotion(const Vec3<double>& centre_m, std::uint64_t seed) : centre_m_(centre_m) {
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> unit(0, 1);
-    const auto random_vector = [&] { return Vec3<double>(unit(random), unit(random), unit(random)); };
+    const auto random_vector = [&] {
+        // One after the other: the order of arguments depends on the compiler.
+        const double z = unit(random), y = unit(random), x = unit(random);
+        return Vec3<double>(x, y, z);
+    };
     const auto fill = [&](std::array<Sine, kSines>& sines, double amplitude) {
         for (std::size_t n = 0; n < kSines; ++n) {
             // Rates are spread evenly over the band on a log scale; amplitudes fall with the rate, as in hand motion.

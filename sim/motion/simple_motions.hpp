@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/geometry/angles.hpp"
@@ -122,6 +124,17 @@ private:
     Vec3<double> centre_m_;
     std::array<Sine, kSines> position_{};
     std::array<Sine, kSines> rotation_{};
+};
+
+/// Another motion `speed` times as fast.
+class PacedMotion final : public Motion {
+public:
+    PacedMotion(std::unique_ptr<Motion> motion, double speed) : motion_(std::move(motion)), speed_(speed) {}
+
+private:
+    [[nodiscard]] Pose do_at(double time_s) const override { return motion_->at(speed_ * time_s); }
+    std::unique_ptr<Motion> motion_;
+    double speed_;
 };
 
 }  // namespace tricoil::sim

@@ -153,7 +153,8 @@ TEST(Usage, UnexpectedWordsAreNamedOnce) {
     expect_usage_error("run --place 1,2,x", "--place 1,2,x: expected 3 comma-separated numbers");
     expect_usage_error("run --predict ''", "--predict needs a value: SECONDS");
     expect_usage_error("run --trajectory '' --duration 1", "--trajectory needs a value: FILE");
-    expect_usage_error("run --speed 2", "--speed and --place: no recorded path to play; add --trajectory FILE");
+    expect_usage_error("run --place 1,0,0", "--place: no recorded path to place; add --trajectory FILE");
+    expect_usage_error("run --speed 0", "--speed 0: must be positive");
 }
 
 TEST(Usage, NumbersOutOfRangeAreNamed) {

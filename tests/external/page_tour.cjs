@@ -29,8 +29,8 @@ async function steps(browser, html, check, pictures) {
   const send = (mm, count = 150) => {
     server.send(Array.from({length: count}, () => sample(0, now += 10, kPlace_m, {truth: truth(mm)})), {tour});
   };
-  const begin = (step, compensated) => {
-    tour = {step, compensated};
+  const begin = (step, compensated, speed = 1) => {
+    tour = {step, compensated, speed};
     now += 100;
   };
   const asked = async count => {
@@ -64,7 +64,7 @@ async function steps(browser, html, check, pictures) {
   await wait(() => /x5$/.test(document.querySelector('#error_factor').textContent));
   check(Math.abs((await drawn(page)).length_mm - 15) < 0.01, 'the user changes the scale');
   await page.evaluate(() => document.querySelector('#with').click());
-  check(await asked(1) === '[{"step":2,"compensated":true}]', 'with motion compensation the same motion has its own step');
+  check(await asked(1) === '[{"step":2,"compensated":true,"speed":1}]', 'with motion compensation the same motion has its own step');
   begin(2, true);
   send(0.25);
   await wait(() => document.querySelector('#error_with').textContent === '0.25');
@@ -78,9 +78,19 @@ async function steps(browser, html, check, pictures) {
           await page.isDisabled('#tour_next'),
       'another motion has its own errors; its metal is drawn');
   await page.keyboard.press('x');
-  check(await asked(2) === '[{"step":3,"compensated":false}]', 'a key switches the compensation');
+  check(await asked(2) === '[{"step":3,"compensated":false,"speed":1}]', 'a key switches the compensation');
   await page.keyboard.press(',');
-  check(await asked(3) === '[{"step":2,"compensated":true}]', 'a key leads to the step before');
+  check(await asked(3) === '[{"step":2,"compensated":true,"speed":1}]', 'a key leads to the step before');
+  await page.keyboard.press(']');
+  check(await asked(4) === '[{"step":3,"compensated":true,"speed":1.25}]', 'a key makes the hand faster');
+  begin(3, true, 2);
+  tour.other_mm = 7;
+  send(2);
+  await wait(() => document.querySelector('#error_with').textContent === '2.00');
+  check(
+      await text(page, '#error_without') === '7.00' && await text(page, '#hand_speed_value') === '×2' &&
+          await page.inputValue('#hand_speed') === '2',
+      'another speed has its own errors; a server may give the error of the other choice');
 
   // While poses come: a page hides the sensors of a stream that stalls.
   const isDrawn = () => window.tricoil.scene.sensors.get(0).truth.ghost.visible;
@@ -122,6 +132,15 @@ async function demo(browser, check, program) {
       return Number(await text(page, `#${id}`));
     };
     const without = await error(1, 'error_without'), compensated = await error(2, 'error_with');
+    await error(1, 'error_without');
+    await page.evaluate(() => {
+      const slider = document.getElementById('hand_speed');
+      slider.value = '2';
+      slider.dispatchEvent(new Event('change'));
+    });
+    await page.waitForFunction(() => window.tricoil.tour.place.speed === 2 && /\d/.test(document.getElementById('error_without').textContent));
+    const fast = Number(await text(page, '#error_without'));
+    check(fast > 1.5 * without, `a hand twice as fast has an error of ${fast} mm, otherwise ${without} mm`);
     check(without > 1 && compensated < 0.2 * without, `the demo's motion error falls from ${without} mm to ${compensated} mm`);
     check(await text(page, '#source') === 'simulation', 'the demo is a simulation');
     await page.close();

@@ -9,8 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "board/host/serve/web/pose_event.hpp"
 #include "board/host/serve/web/recording_library.hpp"
+#include "board/page/pose_event.hpp"
+#include "board/record/recorder.hpp"
 #include "board/support/errors.hpp"
 #include "tests/cli/cli_runner.hpp"
 
@@ -88,10 +89,10 @@ TEST(PoseEvent, EndsAPoseOfASimulationWithItsTruth) {
 
 TEST(PoseEvent, SaysWhereTheTourIs) {
     host::web::PageStatus status;
-    status.tour = {2, false};
+    status.tour = {2, false, 1.5F};
     const std::string text = host::web::pose_event({}, status, nullptr);
     const auto tour = nlohmann::json::parse(text.substr(6))["status"]["tour"];
-    EXPECT_EQ(tour, nlohmann::json({{"step", 2}, {"compensated", false}}));
+    EXPECT_EQ(tour, nlohmann::json({{"step", 2}, {"compensated", false}, {"speed", 1.5}}));
 }
 
 TEST(PoseEvent, BeginsWithTheNamesThatAPageNeeds) {

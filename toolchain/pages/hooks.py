@@ -2,6 +2,7 @@
 import os
 import re
 
+DEMO = "[Try it in this browser](demo/index.html){ .md-button .md-button--primary }, without an installation: a simulated hand, its motion error, metal."
 LIST_ITEM = re.compile(r" *([-*]|\d+\.) ")
 
 
@@ -27,8 +28,11 @@ def on_config(config):
     return config
 
 
-def on_page_markdown(markdown, **_):
-    """Code blocks without the tags of tests/docs; an empty line before each list; nested lists indented by four."""
+def on_page_markdown(markdown, page, **_):
+    """The first page begins with the demo. Code blocks without the tags of tests/docs; an empty line before each list; nested lists indented by
+    four."""
+    if page.file.src_path == "README.md":
+        markdown = markdown.replace("\n\n", f"\n\n{DEMO}\n\n", 1)
     out = []
     in_code = in_list = False
     for line in markdown.split("\n"):

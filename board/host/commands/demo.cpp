@@ -18,6 +18,7 @@
 #include "board/host/run/simulated_run.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/web/page_output.hpp"
+#include "board/simulation/tour.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
@@ -65,42 +66,9 @@ std::optional<char> typed_line() {
     return has_line && ::read(STDIN_FILENO, line.data(), line.size()) > 0 ? std::optional(line[0]) : std::nullopt;
 }
 
-constexpr double kUntilAKey_s = 1e9;
-
-/// The tour with a simulated sensor, in order. compensated: at first; pages can switch it.
-Json tour_steps() {
-    const auto step = [](const char* name, const char* shows, const char* scenario, bool compensated = true,
-                         const std::vector<std::string>& faults = {}) {
-        return Json{{"name", name}, {"shows", shows}, {"scenario", scenario}, {"compensated", compensated}, {"faults", faults}};
-    };
-    return {
-        step("a hand", "A hand moves the sensor: the ghost is its true pose, the arrow the error of the estimate, enlarged.",
-             "hand"),
-        step("motion error",
-             "The coils are measured in turn; if three measurements of different times are taken as simultaneous, motion causes "
-             "an error of some millimetres.",
-             "circle", false),
-        step("motion compensation",
-             "The same circle: the filter uses each measurement at its own time, and the motion error is gone.", "circle"),
-        step("metal", "An aluminium sphere of 16 cm beside the hand bends the field; poses with a significant error are flagged.",
-             "hand", true, {"metal:0.6,0.35,0,0.08"}),
-        step("unplugged sensor",
-             "After 2 s the sensor is unplugged, and its poses become invalid; after 5 s it is plugged in again, and tracking "
-             "resumes.",
-             "hand", true, {"unplugged@2-5"}),
-    };
-}
-
-RunOptions run_options(const Json& step, bool compensated) {
-    RunOptions options;
-    options.scenario = step["scenario"].get<std::string>();
-    options.multiplexing = "tdm";
-    options.tracker = compensated ? "scaat" : "direct";
-    options.no_deskew = !compensated;
-    options.faults = step["faults"].get<std::vector<std::string>>();
-    options.duration_s = kUntilAKey_s;
+RunOptions run_options(const Json& step, const web::TourPlace& place) {
+    RunOptions options{tour_options(step, place.compensated, static_cast<double>(place.speed))};
     options.realtime = true;
-    options.confined = true;  // the sensor stays on its side, also after it was unplugged
     return options;
 }
 
@@ -154,7 +122,7 @@ public:
         }
         const auto next = static_cast<std::size_t>(tour_.now.load().step) + 1;
         left_ = left_ || next >= steps.size();
-        return {static_cast<int>(next), left_ || steps[next]["compensated"].get<bool>()};
+        return {static_cast<std::int16_t>(next), left_ || steps[next]["compensated"].get<bool>(), tour_.now.load().speed};
     }
 
     /// The user ended the tour, or it is over.
@@ -220,7 +188,7 @@ int run_tour(const DemoCommand& command) {
         }
         pacer.begin_step();
         const Json result =
-            step_result(step, run_step(run_options(step, place.compensated), hub, control, [&] { return pacer.is_step_over(); }));
+            step_result(step, run_step(run_options(step, place), hub, control, [&] { return pacer.is_step_over(); }));
         print_now(command.json ? result.dump() + "\n" : step_text(result));
     }
     server.stop();

@@ -32,7 +32,7 @@ void add_simulation_options(CLI::App* sub, RunCommand& command) {
         ->capture_default_str();
     sub->add_option("--trajectory", o.trajectory, "Recorded path: 4x4 matrices at 100 Hz")->type_name(kFileType);
     vector_xyz(sub->add_option("--place", command.place, "Centre of the recorded path, m"))->default_str("0.9,0,0");
-    sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
+    sub->add_option("--speed", o.speed, "Play the motion faster (2) or slower (0.5)")->capture_default_str();
     sub->add_option("--stations", o.stations,
                     "Number of simulated sensors, 1-4; sensors 2 to 4 are near the first and move little")
         ->capture_default_str();

@@ -9,17 +9,10 @@
 #include <string>
 #include <string_view>
 
+#include "board/page/pose_event.hpp"
 #include "board/record/recorder.hpp"
 
 namespace tricoil::host {
-
-struct RecordingStatus {
-    bool on = false;
-    std::string error;        // failure of the last recording, one line; empty: none
-    std::string name;         // of the running recording
-    double seconds = 0;       // since its start
-    std::uint64_t bytes = 0;  // of its files
-};
 
 /// True for 1 to 64 letters, digits, spaces and -_.,+()= that do not begin with a dot or a hyphen or end with a space: such a
 /// name cannot leave its folder, is no option of a program, and needs no quotes that a shell does not have.

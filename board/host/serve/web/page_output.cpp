@@ -16,9 +16,9 @@
 
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/web/page_text.hpp"
-#include "board/host/serve/web/pose_event.hpp"
 #include "board/host/serve/web/recording_library.hpp"
 #include "board/host/serve/web/request_head.hpp"
+#include "board/page/pose_event.hpp"
 #include "board/support/errors.hpp"
 #include "core/tracking/hemisphere.hpp"
 
@@ -94,7 +94,11 @@ std::string execute_request(const std::string& text, ServedPage& page) {
     if (page.tour != nullptr && request.contains("step") && request.contains("compensated") &&
         request["step"].is_number_unsigned() && request["step"] < page.recordings.source()["tour"].size() &&
         request["compensated"].is_boolean()) {
-        page.tour->asked = {request["step"].get<int>(), request["compensated"].get<bool>()};
+        const auto speed = request.value("speed", nlohmann::json(page.tour->now.load().speed));
+        if (!speed.is_number() || !web::is_tour_speed(speed.get<double>())) {
+            return "";
+        }
+        page.tour->asked = {request["step"].get<std::int16_t>(), request["compensated"].get<bool>(), speed.get<float>()};
         return "the tour goes on";
     }
     if (request.contains("hemisphere") && request["hemisphere"].is_array() && request["hemisphere"].size() == 3) {

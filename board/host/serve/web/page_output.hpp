@@ -11,7 +11,7 @@
 #include "board/host/serve/service.hpp"
 #include "board/host/serve/stylus_button.hpp"
 #include "board/host/serve/tracker_control.hpp"
-#include "board/host/serve/web/tour.hpp"
+#include "board/page/tour.hpp"
 #include "board/support/tcp_listener.hpp"
 
 namespace tricoil::host::web {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "board/host/serve/recording_switch.hpp"
-#include "board/host/serve/web/pose_event.hpp"
 #include "board/host/serve/web/request_head.hpp"
+#include "board/page/pose_event.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host::web {

@@ -1,4 +1,5 @@
 // Requests to the server, and the permission for them.
+import {server} from './server.js';
 import {page} from './state.js';
 import {token} from './token.js';
 
@@ -25,8 +26,8 @@ export function say(text) {
 /// isQuiet: only a failure is shown.
 export async function ask(request, isQuiet = false) {
   try {
-    const response =
-        await fetch('control', {method: 'POST', headers: {'Content-Type': 'application/json', ...headers()}, body: JSON.stringify(request)});
+    const response = await server.request(
+        'control', {method: 'POST', headers: {'Content-Type': 'application/json', ...headers()}, body: JSON.stringify(request)});
     const {answer} = await response.json();
     if (!isQuiet || !response.ok) say(answer);
   } catch {

@@ -29,6 +29,7 @@ const kKeys = [
   ['.', '.', 'demo: next step'],
   [',', ',', 'demo: step before'],
   ['x', 'x', 'demo: with or without motion compensation'],
+  ['[', '[ ]', 'demo: a slower or faster hand'],
   ['?', '?', 'this help'],
   ['Escape', 'esc', 'leave playback']
 ];

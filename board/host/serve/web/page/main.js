@@ -482,6 +482,8 @@ listen({
   '.': () => tour.move(1),
   ',': () => tour.move(-1),
   x: () => tour.toggle(),
+  '[': () => tour.hasten(-1),
+  ']': () => tour.hasten(1),
   n: () => select(next(inOrder(), page.selected)),
   Escape: () => playback.leave()
 });

@@ -5,6 +5,7 @@ import {linked, setLink} from './link.js';
 import {palette} from './palette.js';
 import {Player} from './player.js';
 import {isReady, parseRecording} from './recording_text.js';
+import {server} from './server.js';
 import {page} from './state.js';
 import {make} from './tools.js';
 
@@ -42,7 +43,7 @@ export class Playback {
   async refresh() {
     const note = text => this.list.replaceChildren(make('tr', {}, make('td', {}, text)));
     try {
-      const response = await fetch('recordings', {headers: headers()});
+      const response = await server.request('recordings', {headers: headers()});
       const answer = await response.json();
       if (!response.ok) return note(answer.answer);
       const rows = answer.recordings.map(
@@ -81,7 +82,7 @@ export class Playback {
   async #load(name) {
     this.say(`Loading ${name}.`);
     try {
-      const response = await fetch(`recordings/${encodeURIComponent(name)}`, {headers: headers()});
+      const response = await server.request(`recordings/${encodeURIComponent(name)}`, {headers: headers()});
       if (response.ok) return await response.text();
       this.say((await response.json()).answer);
     } catch {

@@ -1,4 +1,6 @@
 // Pose stream that reconnects automatically.
+import {server} from './server.js';
+
 const kStalledMs = 1500;
 const kRetryMs = 500;
 
@@ -12,7 +14,7 @@ export function connect(receive, link, statistics) {
     if (next !== state) link(state = next);
   };
   const open = () => {
-    const source = new EventSource('stream');
+    const source = server.events();
     source.onopen = () => {
       heard = performance.now();
     };

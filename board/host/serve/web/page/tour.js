@@ -6,7 +6,7 @@ const element = id => document.getElementById(id);
 const name = compensated => compensated ? 'with' : 'without';
 
 /// RMS over the last second of the error against the truth (3D), once there is a whole second of it.
-class TrueError {
+export class TrueError {
   constructor() { this.restart(); }
 
   restart() { this.entries = []; }
@@ -32,11 +32,14 @@ export class Tour {
     this.ask = ask;
     this.changed = changed;
     this.steps = [];
-    this.place = null;  // {step, compensated}; null: there is no tour
+    this.place = null;  // {step, compensated, speed}; null: there is no tour
     this.error = new TrueError();
-    this.found = new Map();  // RMS in mm by motion and compensation
+    this.found = new Map();  // RMS in mm by motion, its speed and compensation
     element('tour_next').addEventListener('click', () => this.move(1));
     for (const compensated of [false, true]) element(name(compensated)).addEventListener('click', () => this.compensate(compensated));
+    this.slider = element('hand_speed');
+    this.slider.addEventListener('input', () => this.#showSpeed());
+    this.slider.addEventListener('change', () => this.setSpeed(Number(this.slider.value)));
   }
 
   /// steps: as the server describes them; undefined: there is no tour.
@@ -56,14 +59,18 @@ export class Tour {
       this.place = null;
       return;
     }
-    if (place.step === this.place?.step && place.compensated === this.place.compensated) return;
+    const isSame = place.step === this.place?.step && place.compensated === this.place.compensated && place.speed === this.place.speed;
     this.place = place;
+    if (Number.isFinite(place.other_mm)) this.found.set(this.#key(!place.compensated), place.other_mm);
+    if (isSame) return;
     this.error.restart();
     element('tour_text').textContent = step.shows;
     [...element('tour_steps').children].forEach(
         (item, n) => n === place.step ? item.firstChild.setAttribute('aria-current', 'step') : item.firstChild.removeAttribute('aria-current'));
     for (const compensated of [false, true]) element(name(compensated)).setAttribute('aria-pressed', String(place.compensated === compensated));
     element('tour_next').disabled = place.step + 1 >= this.steps.length;
+    this.slider.value = String(place.speed ?? 1);
+    this.#showSpeed();
     this.#showErrors();
     this.changed();
   }
@@ -84,7 +91,7 @@ export class Tour {
   }
 
   go(step) {
-    if (this.steps[step]) this.ask({step, compensated: this.steps[step].compensated});
+    if (this.steps[step]) this.ask({step, compensated: this.steps[step].compensated, speed: this.place?.speed});
   }
 
   move(by) {
@@ -96,11 +103,22 @@ export class Tour {
     if (!this.place || compensated === this.place.compensated) return;
     const motion = this.#motion(this.place.step);
     const step = this.steps.findIndex((each, n) => this.#motion(n) === motion && each.compensated === compensated);
-    this.ask({step: step < 0 ? this.place.step : step, compensated});
+    this.ask({step: step < 0 ? this.place.step : step, compensated, speed: this.place.speed});
   }
 
   toggle() {
     if (this.place) this.compensate(!this.place.compensated);
+  }
+
+  /// speed: of the motion, relative to the scenario's. This step again.
+  setSpeed(speed) {
+    if (this.place) this.ask({step: this.place.step, compensated: this.place.compensated, speed});
+  }
+
+  /// The next speed of the slider, up or down.
+  hasten(steps) {
+    steps > 0 ? this.slider.stepUp() : this.slider.stepDown();
+    this.setSpeed(Number(this.slider.value));
   }
 
   /// The metal of this step: [{position_m, radius_m}].
@@ -112,7 +130,8 @@ export class Tour {
   }
 
   #motion(step) { return JSON.stringify([this.steps[step].scenario, this.steps[step].faults]); }
-  #key(compensated) { return `${this.#motion(this.place.step)} ${compensated}`; }
+  #key(compensated) { return `${this.#motion(this.place.step)} ${this.place.speed} ${compensated}`; }
+  #showSpeed() { element('hand_speed_value').textContent = `×${this.slider.value}`; }
 
   #showErrors() {
     for (const compensated of [false, true]) {

@@ -1,4 +1,4 @@
-#include "board/host/serve/web/pose_event.hpp"
+#include "board/page/pose_event.hpp"
 
 #include <fmt/format.h>
 
@@ -14,6 +14,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using tracking::TrackerState;
+
+Json json_of(const TourPlace& tour) {
+    return tour.step < 0 ? Json() : Json{{"step", tour.step}, {"compensated", tour.compensated}, {"speed", tour.speed}};
+}
 
 Json json_of(const PageStatus& status) {
     Json confined_to = Json::array();
@@ -31,7 +35,7 @@ Json json_of(const PageStatus& status) {
             {"now_ms", 1e-3 * static_cast<double>(to_us(status.now))},
             {"health", health_json(status.health)},
             {"confined_to", confined_to},
-            {"tour", status.tour.step < 0 ? Json() : Json{{"step", status.tour.step}, {"compensated", status.tour.compensated}}}};
+            {"tour", json_of(status.tour)}};
 }
 
 /// Appends a comma, unless an array begins here, and the number; null if there is none.
@@ -47,7 +51,7 @@ void put_number(std::string& out, fmt::format_string<double&> form, double value
 void put_pose(std::string& out, const TruePose& pose) {
     const auto& [p, q] = pose;
     for (const double part : {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
-        put_number(out, "{:.7f}", part);
+        put_number(out, "{}", part);
     }
 }
 

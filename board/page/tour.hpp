@@ -2,13 +2,17 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 
 namespace tricoil::host::web {
 
 struct TourPlace {
-    int step = -1;            // from 0; -1: none
+    std::int16_t step = -1;   // from 0; -1: none
     bool compensated = true;  // with motion compensation
+    float speed = 1;          // of the motion, relative to the scenario's
 };
+
+constexpr bool is_tour_speed(double speed) { return speed >= 0.1 && speed <= 4; }
 
 /// Steps, scenarios and sentences are in the description of the source (key `tour`).
 struct Tour {

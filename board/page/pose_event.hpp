@@ -7,12 +7,21 @@
 #include <string>
 #include <vector>
 
-#include "board/host/serve/recording_switch.hpp"
-#include "board/host/serve/web/tour.hpp"
+#include "board/page/tour.hpp"
 #include "board/pose_text/served_pose.hpp"
 #include "board/support/link_health.hpp"
 
-namespace tricoil::host::web {
+namespace tricoil::host {
+
+struct RecordingStatus {
+    bool on = false;
+    std::string error;        // failure of the last recording, one line; empty: none
+    std::string name;         // of the running recording
+    double seconds = 0;       // since its start
+    std::uint64_t bytes = 0;  // of its files
+};
+
+namespace web {
 
 /// Names of the numbers of a pose: time of the device (us) and in UTC (ms), position in m, quaternion, covariance of the position
 /// in m^2, predicted error in mm, expected error in mm, distortion in mm, signal-to-noise ratio. A number that is unknown is
@@ -43,4 +52,5 @@ nlohmann::ordered_json greeting(const nlohmann::ordered_json& source);
 /// out. hello: added to the first event of a stream; null: none.
 std::string pose_event(std::span<const ServedPose> poses, const PageStatus& status, const nlohmann::ordered_json& hello);
 
-}  // namespace tricoil::host::web
+}  // namespace web
+}  // namespace tricoil::host

@@ -1,0 +1,85 @@
+// The tour of `tricoil demo` in a browser, without a server: C interface for page/simulation.js, with the events of a server.
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "board/page/pose_event.hpp"
+#include "board/simulation/simulated_source.hpp"
+#include "board/simulation/tour.hpp"
+#include "board/stream/stream_loop.hpp"
+
+namespace tricoil::host {
+namespace {
+
+/// One step of the tour, in simulated time.
+class TourRun final : tracking::TrackerTap<double> {
+public:
+    TourRun(const SimulationOptions& options, const web::TourPlace& place) : simulation_(options, *this) {
+        status_.controls = "open";
+        status_.confinement = {simulation_.board().setup.hemisphere};
+        status_.tour = place;
+    }
+
+    /// Simulates `seconds`. Returns the event with their poses.
+    std::string advance(double seconds, const nlohmann::ordered_json& hello) {
+        poses_.clear();
+        end_s_ += seconds;
+        status_.now = utc_now();
+        begin_ = status_.now - microseconds_from_seconds(end_s_);
+        while (simulation_.board().clock.elapsed_s() < end_s_ && stream_.step({})) {
+        }
+        status_.health = stream_.health();
+        return web::pose_event(poses_, status_, hello);
+    }
+
+private:
+    void do_pose(const tracking::PoseEstimate<double>& estimate) override {
+        const SimulatedBoard& board = simulation_.board();
+        const sim::Pose truth = board.stations.motion(0).at(board.clock.elapsed_s(estimate.time));
+        poses_.push_back({estimate, begin_ + estimate.time.since_start(), expected_.after(estimate),
+                          TruePose{truth.position_m, truth.q_source_sensor}});
+    }
+
+    OwnSimulation simulation_;
+    StreamLoop stream_{simulation_.source(), {}};
+    double end_s_ = 0;
+    std::vector<ServedPose> poses_;
+    UtcTime begin_;  // end_s_ ago
+    ExpectedError expected_;
+    web::PageStatus status_;
+};
+
+std::optional<TourRun> run;
+nlohmann::ordered_json hello;  // for the first event
+std::string text;              // of the last answer
+
+}  // namespace
+}  // namespace tricoil::host
+
+extern "C" {
+using namespace tricoil::host;
+
+/// Begins a step, from 0, anew. speed: of the motion. Returns an empty text, or why the step cannot begin.
+const char* tricoil_demo_begin(int step, bool compensated, double speed, bool noise) {
+    try {
+        const auto steps = tour_steps();
+        refuse_if(step < 0 || static_cast<std::size_t>(step) >= steps.size() || !web::is_tour_speed(speed),
+                  "there is no step {} at speed {}", step, speed);
+        hello = run ? nullptr : web::greeting({{"kind", "simulation"}, {"tour", steps}});
+        SimulationOptions options = tour_options(steps[static_cast<std::size_t>(step)], compensated, speed);
+        options.no_noise = !noise;
+        run.emplace(options, web::TourPlace{static_cast<std::int16_t>(step), compensated, static_cast<float>(speed)});
+        text.clear();
+    } catch (const std::exception& error) {
+        text = error.what();
+    }
+    return text.c_str();
+}
+
+/// Simulates `seconds` of the step that has begun. Returns the event that a server would send.
+const char* tricoil_demo_advance(double seconds) {
+    text = run->advance(seconds, std::exchange(hello, nullptr));
+    return text.c_str();
+}
+}

@@ -1,0 +1,95 @@
+// Stands in for the server of the live page: streams the events of a simulation, and answers the requests. A second simulation, with
+// the other choice of motion compensation, gives the error beside.
+import {decode, learn} from '../../host/serve/web/page/sample.js';
+import {server} from '../../host/serve/web/page/server.js';
+import {TrueError} from '../../host/serve/web/page/tour.js';
+import {load, Simulation} from './simulation.js';
+
+const kPeriodMs = 33, kLongest_s = 0.25;  // of an event; longer pauses, as of a hidden page, are left out
+
+/// The link's choice: #step=2&speed=1.5&noise=no.
+function linkedPlace() {
+  const given = new URLSearchParams(location.hash.slice(1));
+  const within = (name, low, high) => given.has(name) && given.get(name) >= low && given.get(name) <= high ? Number(given.get(name)) : 1;
+  return {step: Math.floor(within('step', 1, 5)) - 1, speed: within('speed', 0.25, 3), noise: given.get('noise') !== 'no'};
+}
+
+class SimulatedServer {
+  #shown = null;
+  #other = null;
+  #running = true;
+  #place = null;  // {step, compensated, speed, noise}
+  #hello = null;  // for the first message
+  #error = new TrueError();  // of the other simulation
+
+  /// What takes the place of the methods of `server`.
+  get methods() { return {events: () => this.#open(), request: (path, options) => this.#request(path, options)};}
+
+  /// As an EventSource.
+  #open() {
+    const source = {close: () => clearInterval(source.timer)};
+    this.#start(source).catch(({message}) => {
+      document.getElementById('problem').textContent = `The simulation cannot be loaded: ${message}`;
+      source.onerror();
+    });
+    return source;
+  }
+
+  async #start(source) {
+    const program = await load(new URL('demo.wasm', document.baseURI));
+    [this.#shown, this.#other] = await Promise.all([Simulation.start(program), Simulation.start(program)]);
+    this.#begin({...linkedPlace(), compensated: true});
+    this.#hello = this.#shown.advance(0).hello;
+    learn(this.#hello);
+    this.#begin({...this.#place, compensated: this.#hello.source.tour[this.#place.step].compensated});
+    source.onopen();
+    let before = performance.now();
+    source.timer = setInterval(() => {
+      const now = performance.now();
+      source.onmessage({data: JSON.stringify(this.#message(Math.min((now - before) / 1000, kLongest_s)))});
+      before = now;
+    }, kPeriodMs);
+  }
+
+  #begin(place) {
+    this.#shown.begin(place);
+    this.#other.begin({...place, compensated: !place.compensated});
+    this.#place = place;
+    this.#error.restart();
+  }
+
+  #message(elapsed_s) {
+    const seconds = this.#running ? elapsed_s : 0;
+    const message = this.#shown.advance(seconds);
+    message.status.running = this.#running;
+    if (this.#hello) message.hello = this.#hello;
+    this.#hello = null;
+    for (const pose of this.#other.advance(seconds).poses.map(decode)) {
+      if (!pose?.valid) this.#error.restart();
+      if (pose) this.#error.add(pose.time_s, pose.true_mm);
+    }
+    message.status.tour.other_mm = this.#error.rms_mm;
+    return message;
+  }
+
+  async #request(path, {body} = {}) {
+    if (path === 'recordings') return Response.json({recordings: []});
+    try {
+      return Response.json({answer: this.#control(JSON.parse(body))});
+    } catch ({message}) {
+      return Response.json({answer: message}, {status: 400});
+    }
+  }
+
+  #control({step, compensated, speed, run}) {
+    if (step !== undefined) {
+      this.#begin({...this.#place, step, compensated, speed: speed ?? this.#place.speed});
+      return 'the tour goes on';
+    }
+    if (run === undefined) throw new Error('not in this demo');
+    this.#running = run;
+    return run ? 'running' : 'stopped, coils off';
+  }
+}
+
+Object.assign(server, new SimulatedServer().methods);

@@ -1,0 +1,38 @@
+// The simulation of the demo (demo.cpp), compiled to WebAssembly.
+import makeModule from 'tricoil-demo';
+
+/// Downloads and compiles the program. Throws if that fails.
+export async function load(url) {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url}: ${response.status} ${response.statusText}`);
+  return WebAssembly.compile(await response.arrayBuffer());
+}
+
+/// One run of the program.
+export class Simulation {
+  #begin;
+  #advance;
+
+  /// program: WebAssembly.Module.
+  static async start(program) {
+    const instantiateWasm = (imports, done) => {
+      WebAssembly.instantiate(program, imports).then(instance => done(instance));
+      return {};
+    };
+    return new Simulation(await makeModule({instantiateWasm, locateFile: name => name}));
+  }
+
+  constructor(module) {
+    this.#begin = module.cwrap('tricoil_demo_begin', 'string', ['number', 'boolean', 'number', 'boolean']);
+    this.#advance = module.cwrap('tricoil_demo_advance', 'string', ['number']);
+  }
+
+  /// Begins a step of the tour, from 0. Throws with the program's reason.
+  begin({step, compensated, speed, noise}) {
+    const refusal = this.#begin(step, compensated, speed, noise);
+    if (refusal) throw new Error(refusal);
+  }
+
+  /// Simulates `seconds`. Returns the message with their poses, as a server would send it.
+  advance(seconds) { return JSON.parse(this.#advance(seconds).slice('data: '.length)); }
+}
