@@ -352,7 +352,7 @@ Result<SingleCoilSolution<Scalar>> solve_single_coil(const field::Generator<Scal
     SingleCoilSolution<Scalar> best;
     best.end = SingleCoilEnd::undetermined;
     best.chi_square = kNever<Scalar>;
-    const int enough = fit.is_clear() ? 8 : 24;
+    const int enough = fit.is_clear() ? 8 : Starts<Scalar>::kKept;
     Scalar second = kNever<Scalar>;  // least cost of another minimum
     for (int i = 0; i < starts.size() && (i < enough || !best.converged()); ++i) {
         const auto near = coarse.run(starts[i]);

@@ -15,7 +15,7 @@ from ._truth_command import numbers
 
 WRONG_M = 0.02  # a pose farther from the truth is wrong, and not counted in the RMS
 ROLL = "the rotation about the axis of the coil is undefined"
-COLUMNS = ("x_m", "y_m", "z_m", "nx", "ny", "nz", "gain", "std_x_m", "std_y_m", "std_z_m", "std_axis_rad", "chi_square")
+COLUMNS = ("x_m", "y_m", "z_m", "nx", "ny", "nz", "roll_rad", "gain", "std_x_m", "std_y_m", "std_z_m", "std_axis_rad", "chi_square")
 
 
 def _truth(frames, generator: Generator, where):
@@ -103,10 +103,10 @@ def _used(without, generator, where):
 
 
 def csv_text(frames, rows, error) -> str:
-    """Poses as CSV."""
+    """Poses as CSV; roll_rad is nan."""
     names = [*(["time_s"] if frames.time_s is not None else []), "sensor", *COLUMNS, *(["motion_x_m", "motion_y_m", "motion_z_m"] if error is not None else []), "status"]
-    lines = [f"# {ROLL}", ",".join(names)]
-    for m, values in enumerate(_values(rows, error)):
+    lines = [",".join(names)]
+    for m, values in enumerate(np.insert(_values(rows, error), 6, np.nan, axis=1)):
         head = [] if frames.time_s is None else [f"{frames.time_s[m]:.9f}"]
         lines.append(",".join([*head, str(frames.sensor[m]), *(f"{v:.9g}" for v in values), ENDS[rows["end"][m]]]))
     return "\n".join(lines) + "\n"
@@ -149,10 +149,10 @@ def run(files, generator=None, out=None, gain=None, sigma=None, side=None, follo
               "position_std_m": float(np.sqrt(np.mean(np.trace(rows["covariance"][is_good][:, :3, :3], axis1=1, axis2=2)))) if is_good.any() else None,
               "truth": None if truth is None else _compared(rows, truth, is_good), "motion": None, "notes": []}
     error = None
-    if slot:
+    if slot and is_good.any():
         error, turned = _motion(frames, coils, rows, is_good, slot, known != 0 and (known is not None or bool(coils.sensors)), noise)
-        result["motion"] = {"position_rms_m": float(np.sqrt(np.mean(np.sum(error[is_good] ** 2, axis=1)))) if is_good.any() else None,
-                            "axis_rms_deg": float(np.degrees(np.sqrt(np.mean(np.sum(turned[is_good] ** 2, axis=1))))) if is_good.any() else None}
+        result["motion"] = {"position_rms_m": float(np.sqrt(np.mean(np.sum(error[is_good] ** 2, axis=1)))),
+                            "axis_rms_deg": float(np.degrees(np.sqrt(np.mean(np.sum(turned[is_good] ** 2, axis=1)))))}
     if counts["misfit"] > len(rows) / 2:
         result["notes"].append("most rows fit no pose: are the coils those of the generator's calibration, in the same order?")
     if counts["ambiguous"] > len(rows) / 20:
@@ -171,6 +171,6 @@ def text(r: dict) -> str:
     if (t := r["truth"]) and t["position_rms_m"] is not None:
         lines.append(f"  against the truth: {1e3 * t['position_rms_m']:.3f} mm RMS (3D), median {1e3 * t['position_median_m']:.3f}, maximum {1e3 * t['position_max_m']:.3f} mm; "
                      f"{t['axis_rms_deg']:.3f} deg; {t['wrong']} wrong; NEES {t['nees']:.2f}")
-    if (m := r["motion"]) and m["position_rms_m"] is not None:
+    if m := r["motion"]:
         lines.append(f"  predicted motion error {1e3 * m['position_rms_m']:.3f} mm, {m['axis_rms_deg']:.3f} deg RMS")
     return "\n".join([*lines, *(f"  note: {note}" for note in r["notes"])]) + "\n"
