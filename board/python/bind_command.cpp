@@ -32,6 +32,7 @@ constexpr host::OwnCommand kOwn[] = {
     {"demodulate", host::add_demodulate_command},
     {"design", host::add_design_command},
     {"truth", host::add_truth_command},
+    {"generator", host::add_generator_command},
     {"device", host::add_device_command},
     {"doctor", host::add_doctor_command},
     {"selfcheck", host::add_selfcheck_command},

@@ -18,22 +18,7 @@ namespace {
 namespace py = pybind11;
 using RowMajor3 = Matrix<double, 3, 3, Order::by_rows>;
 
-constexpr double kNoiseGate = 16.27;     // chi-square of three degrees of freedom, exceeded once in 1,000 poses
-constexpr py::ssize_t kChunk = 1 << 12;  // rows between two checks
-
-/// Calls `each` for all rows without the GIL.
-template <typename Each>
-void for_rows(py::ssize_t count, const py::object& progress, Each each) {
-    LongCall call(progress);
-    const py::gil_scoped_release released;
-    for (py::ssize_t begin = 0; begin < count; begin += kChunk) {
-        const py::ssize_t end = std::min(count, begin + kChunk);
-        for (py::ssize_t n = begin; n < end; ++n) {
-            each(n);
-        }
-        call.check(static_cast<double>(end) / static_cast<double>(count));
-    }
-}
+constexpr double kNoiseGate = 16.27;  // chi-square of three degrees of freedom, exceeded once in 1,000 poses
 
 SolutionRow unsolved() {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();

@@ -3,6 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -37,5 +38,19 @@ private:
     pybind11::object progress_;
     std::chrono::steady_clock::time_point checked_ = std::chrono::steady_clock::now();
 };
+
+/// Calls `each` for all rows without the GIL.
+template <typename Each>
+void for_rows(pybind11::ssize_t count, const pybind11::object& progress, Each each, pybind11::ssize_t chunk = 1 << 12) {
+    LongCall call(progress);
+    const pybind11::gil_scoped_release released;
+    for (pybind11::ssize_t begin = 0; begin < count; begin += chunk) {
+        const pybind11::ssize_t end = std::min(count, begin + chunk);
+        for (pybind11::ssize_t n = begin; n < end; ++n) {
+            each(n);
+        }
+        call.check(static_cast<double>(end) / static_cast<double>(count));
+    }
+}
 
 }  // namespace tricoil::python

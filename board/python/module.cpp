@@ -38,6 +38,7 @@ PYBIND11_MODULE(_tricoil, module) {
     module.attr("MAX_MISFIT") = tracking::CommonParams<double>{}.max_misfit;
     add_command(module);
     add_figures(module);
+    add_generator(module);
     add_run(module);
     add_source(module);
     add_solver(module);

@@ -21,9 +21,9 @@ SIMULATED = "--scenario still --duration 0.3"
 COILS = "--model concentric"
 DESIGN = "--turns 40 --radius 0.03 --current 1 --noise 3e-9"
 # Options with a name of a file or folder that is read.
-INPUTS = {"--board", "--calibration", "--chain", "--config", "--converters-from", "--dynamic", "--hand-motion", "--high", "--imu", "--joints", "--low", "--poses", "--reference", "--stage-from", "--tip", "--trajectory", "--wiring"}
+INPUTS = {"--board", "--calibration", "--chain", "--config", "--converters-from", "--dynamic", "--generator", "--hand-motion", "--high", "--imu", "--joints", "--low", "--path", "--poses", "--reference", "--stage-from", "--tip", "--trajectory", "--wiring"}
 STDOUT = "standard output"
-PYTHON = {"bench", "calibrate pivot", "calibrate wiring", "demodulate", "design", "figures", "plot", "truth"}  # commands that need the Python package
+PYTHON = {"bench", "calibrate pivot", "calibrate wiring", "demodulate", "design", "figures", "generator calibrate", "generator simulate", "generator solve", "plot", "truth"}  # commands that need the Python package
 
 
 class Elsewhere(str):
@@ -66,6 +66,9 @@ ROWS = {
     "demodulate": {STDOUT: "capture.csv --carrier-hz 10000 --rate-hz 200000", "--out": "capture.csv --carrier-hz 10000 --rate-hz 200000 --out {out}"},
     "design": {STDOUT: DESIGN, "--plot": DESIGN + " --plot {out}.svg", "--scenario": DESIGN + " --scenario {out}.toml", "--grid-pdf": "--grid-pdf {out}.pdf"},
     "truth": {STDOUT: "optics.csv", "--out": "optics.csv --out {out}", "--plot": "optics.csv --plot {out}.svg"},
+    "generator simulate": {STDOUT: "--out coil.csv", "--out": "--out {out}", "--save": "--out coil.csv --save {out}"},
+    "generator solve": {STDOUT: "coil.csv --generator planar.toml", "--out": "coil.csv --generator planar.toml --out {out}"},
+    "generator calibrate": {STDOUT: "coil.csv --out generator.toml", "--out": "coil.csv --out {out}"},
     "device list": {STDOUT: ""},
     "device info": {STDOUT: "{device}"},
     "device watch": {STDOUT: "{device} --duration 0.5"},

@@ -13,6 +13,7 @@ void add_run_command(CLI::App* sub, Action& action);
 void add_demodulate_command(CLI::App* sub, Action& action);
 void add_design_command(CLI::App* sub, Action& action);
 void add_bench_command(CLI::App* sub, Action& action);
+void add_generator_command(CLI::App* sub, Action& action);
 void add_figures_command(CLI::App* sub, Action& action);
 void add_motion_command(CLI::App* sub, Action& action);
 void add_selfcheck_command(CLI::App* sub, Action& action);

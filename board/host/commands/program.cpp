@@ -69,6 +69,8 @@ constexpr ListedCommand kCommands[] = {
     {"Calibration and evaluation", "demodulate", "Compute the signal matrix and its scatter from a raw ADC recording", kTools},
     {"Calibration and evaluation", "bench", "A tracker on the bench: rest, pivot, distances on a board, hinge, pendulum", kTools},
     {"Calibration and evaluation", "truth", "One reference path from optics, a robot's joints and an inertial sensor", kTools},
+    {"Calibration and evaluation", "generator", "Sensors of one coil in the field of up to 16 source coils: simulate, solve, calibrate",
+     kTools},
     {"Devices", "device", "List, identify, watch and configure front ends and tracker boards", kTools},
     {"Devices", "doctor", "Check udev rules, devices and ports of this machine; each failure with its mend", kTools},
     {"Devices", "selfcheck", "Run the self-check of the core: known answers, error model, arithmetic", kTools},

@@ -10,7 +10,7 @@ std::span<const OwnCommand> own_commands() {
         {"device", add_device_command},     {"doctor", add_doctor_command},       {"selfcheck", add_selfcheck_command},
         {"protocol", add_protocol_command}, {"motion", add_motion_command},       {"figures", add_figures_command},
         {"design", add_design_command},     {"bench", add_bench_command},         {"truth", add_truth_command},
-        {"help", add_help_command},
+        {"generator", add_generator_command}, {"help", add_help_command},
     };
     return kOwn;
 }

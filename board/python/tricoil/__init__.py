@@ -20,6 +20,8 @@ from ._command import calibrate, command, evaluate
 from ._demodulate import demodulate
 from ._dynamic import verify
 from ._flags import Flag
+from ._generator import Generator, SensorCoil, planar_generator, read_generator
+from ._generator_motion import generator_motion_error
 from ._ground_truth import Truth, truth
 from ._model import COUPLING_CONSTANT, couplings, solve
 from ._motion import error_budget, motion
@@ -28,6 +30,7 @@ from ._motion_error import CorrectedPoses, MotionError, motion_error
 from ._pivot import pivot
 from ._poses import Poses, read_poses
 from ._run import Run, load, run
+from ._single_coil import ENDS as ENDS_5DOF, solve_5dof
 from ._source import Pose, Source, open  # noqa: A004: named like its use, tricoil.open()
 from ._sweep import sweep
 from ._timing import TIMINGS, Timing
@@ -38,12 +41,15 @@ from ._wiring import Wiring, read_wiring
 __all__ = [
     "COUPLING_CONSTANT",
     "CorrectedPoses",
+    "ENDS_5DOF",
     "Filter",
     "Flag",
+    "Generator",
     "MotionError",
     "Pose",
     "Poses",
     "Run",
+    "SensorCoil",
     "Source",
     "TIMINGS",
     "Timing",
@@ -57,16 +63,20 @@ __all__ = [
     "demodulate",
     "error_budget",
     "evaluate",
+    "generator_motion_error",
     "load",
     "motion",
     "motion_along",
     "motion_error",
     "open",
     "pivot",
+    "planar_generator",
+    "read_generator",
     "read_poses",
     "read_wiring",
     "run",
     "solve",
+    "solve_5dof",
     "sweep",
     "truth",
     "verify",

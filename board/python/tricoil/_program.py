@@ -146,6 +146,19 @@ def wiring(options, files):
         sys.exit(1)
 
 
+def of_generator(name):
+    """simulate, solve or calibrate of `tricoil generator`."""
+    def run(options, files):
+        module = importlib.import_module(f"tricoil._generator_{name}")
+        as_json = options.pop("json", False)
+        result, _ = module.run(*([files] if name != "simulate" else []), **options)
+        put_result(result, as_json, module.text(result), options.get("out"))
+        if name == "solve" and not result["solved"]:
+            put("tricoil: no pose was solved (exit code 1)\n", sys.stderr)
+            sys.exit(1)
+    return run
+
+
 def design(options, files):
     from tricoil import _design
 
@@ -182,7 +195,7 @@ def evaluate_picture(options, files):
 
 COMMANDS = {"bench": bench, "convert": convert, "demodulate": demodulate, "design": design, "evaluate": evaluate,
             "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "truth": truth,
-            "wiring": wiring}
+            "wiring": wiring, **{name: of_generator(name) for name in ("simulate", "solve", "calibrate")}}
 WITHOUT_SCIPY = ("evaluate-picture", "figures", "plot")
 
 

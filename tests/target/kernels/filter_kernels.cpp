@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "core/geometry/angles.hpp"
+#include "core/solver/single_coil.hpp"
 #include "core/tracking/scaat/general_tracker.hpp"
 #include "core/tracking/scaat/scaat_tracker.hpp"
 #include "tests/target/kernels/kernel.hpp"
@@ -108,7 +109,55 @@ void prepare_general_update(int run) { prepare_update(wide_coils(), run); }
 const General kWide = wide_coils();
 void run_general_update(int run) { run_update(kWide, run); }
 
-constexpr std::array<Kernel, 4> kKernels{{
+// One sensor coil above a planar generator of eight coils.
+struct SingleCoil {
+    field::Generator<float> generator;
+    std::array<float, 8> couplings{};
+    std::array<float, 8> weights{};
+    Vec3<float> last_m;
+    solver::SingleCoilSolution<float> solution;
+};
+SingleCoil single;
+
+solver::SingleCoilParams<float> above() {
+    solver::SingleCoilParams<float> params;
+    params.gain = 1;
+    params.side = Vec3<float>::UnitZ();
+    return params;
+}
+
+/// Successive poses 5 mm apart: at 40 frames/s a needle at 0.2 m/s.
+void prepare_single(int run) {
+    const auto n = static_cast<float>(run);
+    const Vec3<float> position(0.15F * std::sin(0.7F * n), 0.15F * std::cos(1.3F * n), 0.12F + 0.022F * n);
+    single.generator = {};
+    for (int i = 0; i < 8; ++i) {
+        const int cell = i < 4 ? i : i + 1;
+        const float turn = 2.4F * static_cast<float>(i);
+        (void)single.generator.push_back(
+            {Vec3<float>(0.15F * static_cast<float>(cell % 3 - 1), 0.15F * static_cast<float>(cell / 3 - 1), 0),
+             Vec3<float>(3.5e-3F * std::cos(turn), 3.5e-3F * std::sin(turn), 3.5e-3F), 0});
+    }
+    const Vec3<float> axis = Vec3<float>(std::sin(n), std::cos(2 * n), 0.7F).normalized();
+    for (std::size_t i = 0; i < single.couplings.size(); ++i) {
+        single.couplings[i] = field::coil_coupling<float>(single.generator[i], position, axis).value;
+        single.weights[i] = 1e5F;
+    }
+    single.last_m = position + 0.005F * Vec3<float>(std::cos(n), std::sin(n), 0);
+}
+
+void run_single(int) {
+    single.solution =
+        *solver::refine_single_coil<float>(single.generator, single.couplings, single.weights, single.last_m, above());
+}
+
+void run_single_cold(int) {
+    single.solution = *solver::solve_single_coil<float>(single.generator, single.couplings, single.weights, above());
+}
+
+constexpr std::array<Kernel, 6> kKernels{{
+    {"single-coil", 12, prepare_single, run_single},
+    {"single-coil-cold", 12, prepare_single, run_single_cold},
     {"filter-update", 12, prepare_concentric_update, run_concentric_update},
     {"filter-update-general", 12, prepare_general_update, run_general_update},
     {"filter", kRuns, prepare_concentric, run_concentric},

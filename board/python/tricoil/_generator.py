@@ -1,0 +1,154 @@
+"""Generator of N source coils for sensors of one coil: its file, its field."""
+
+import dataclasses
+import os
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _tricoil
+from ._model import _finite, _rows
+
+MOST_COILS = 16
+PLANAR_TURN = 2.4  # rad between the moments of neighbouring coils of the planar generator
+
+
+@dataclasses.dataclass(frozen=True)
+class SensorCoil:
+    """A calibrated sensor coil. gain: of the coil, in the units of the couplings. offset_m, axis: of the coil in the body on which it is fixed,
+    (3,); None: the calibration had the poses of the coil itself."""
+
+    gain: float
+    offset_m: NDArray | None = None
+    axis: NDArray | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Generator:
+    """N source coils, at most 16, in the generator frame.
+
+    position_m: (N, 3). moment: (N, 3), coupling units times m^3. octupole_m2: (N,), of coils of finite size: length^2/24 - radius^2/8.
+    crosstalk: (N, N); couplings plus crosstalk times couplings are those of the coils alone. misfit: (N,), what the calibration does not
+    explain, standard deviation relative to the norm of the N couplings. sensors: by number. left_handed_stage: the stage of the calibration
+    counts angles in the left-handed sense. Raises ValueError for other shapes and coils without a moment.
+    """
+
+    names: tuple[str, ...]
+    position_m: NDArray
+    moment: NDArray
+    octupole_m2: NDArray = None  # type: ignore[assignment]
+    crosstalk: NDArray = None  # type: ignore[assignment]
+    misfit: NDArray = None  # type: ignore[assignment]
+    sensors: dict[int, SensorCoil] = dataclasses.field(default_factory=dict)
+    left_handed_stage: bool = False
+
+    def __post_init__(self):
+        count = len(self.names)
+        if not 1 <= count <= MOST_COILS:
+            raise ValueError(f"a generator has 1 to {MOST_COILS} coils; there are {count}")
+        if len(set(self.names)) != count:
+            raise ValueError(f"two coils of the generator are named {max(self.names, key=self.names.count)}")
+        for name, shape in (("position_m", (count, 3)), ("moment", (count, 3)), ("octupole_m2", (count,)), ("crosstalk", (count, count)), ("misfit", (count,))):
+            value = getattr(self, name)
+            value = np.zeros(shape) if value is None else np.asarray(value, float)
+            if value.shape != shape or not np.all(np.isfinite(value)):
+                raise ValueError(f"{name} of the generator: {shape} finite numbers are needed; has shape {value.shape}")
+            object.__setattr__(self, name, value)
+        for name, moment in zip(self.names, self.moment):
+            if not moment.any():
+                raise ValueError(f"coil {name} of the generator has no moment")
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def coils(self) -> NDArray:
+        """(N, 7): position, moment, octupole."""
+        return np.column_stack((self.position_m, self.moment, self.octupole_m2))
+
+    def field(self, position_m: NDArray, sensitivity: NDArray) -> NDArray:
+        """(M, N, 7): couplings of the coils alone, their gradients with respect to position and sensitivity. Arguments: (M, 3)."""
+        return _tricoil.generator_couplings(self.coils(), np.ascontiguousarray(position_m, float), np.ascontiguousarray(sensitivity, float))
+
+    def couplings(self, position_m: ArrayLike, axis: ArrayLike, gain: ArrayLike = 1.0) -> NDArray:
+        """Couplings (M, N), as they are measured, of a sensor coil at positions (M, 3) with unit axes (M, 3), generator frame."""
+        positions, axes = (_finite(name, _rows(name, value, (3,))[0]) for name, value in (("position_m", position_m), ("axis", axis)))
+        alone = self.field(positions, axes * np.reshape(np.asarray(gain, float), (-1, 1)))[:, :, 0]
+        return alone @ np.linalg.inv(np.eye(len(self)) + self.crosstalk).T
+
+    def of_coils(self, couplings: NDArray) -> NDArray:
+        """Couplings (M, N) of the coils alone, from measured ones."""
+        return couplings + couplings @ self.crosstalk.T
+
+
+def planar_generator(coils: int = 8, size_m: float = 0.3, moment: float = 5e-3) -> Generator:
+    """A planar generator: coils around the edge of a square, their moments half upwards, half in turning directions of the plane. A generator
+    whose moments are all upwards has equal fields on both sides."""
+    turn = np.arange(coils) * 2 * np.pi / coils
+    square = size_m / 2 / np.maximum(abs(np.cos(turn)), abs(np.sin(turn)))
+    place = np.column_stack((square * np.cos(turn), square * np.sin(turn), np.zeros(coils)))
+    along = np.arange(coils) * PLANAR_TURN
+    moments = moment * np.sqrt(0.5) * np.column_stack((np.cos(along), np.sin(along), np.ones(coils)))
+    return Generator(tuple(f"c{n + 1}" for n in range(coils)), place, moments)
+
+
+def _line(name, values):
+    return f"{name} = [{', '.join(f'{v:.9g}' for v in values)}]\n"
+
+
+def to_toml(generator: Generator) -> str:
+    """The file that read_generator() reads."""
+    text = "# Generator: coils in the generator frame. moment: coupling units times m^3.\n"
+    if generator.left_handed_stage:
+        text += "left_handed_stage = true\n"
+    if generator.crosstalk.any():
+        text += "crosstalk = [\n" + "".join("  [" + ", ".join(f"{v:.6g}" for v in row) + "],\n" for row in generator.crosstalk) + "]\n"
+    for n, name in enumerate(generator.names):
+        text += f'\n[[coil]]\nname = "{name}"\n' + _line("position_m", generator.position_m[n]) + _line("moment", generator.moment[n])
+        text += f"octupole_m2 = {generator.octupole_m2[n]:.6g}\nmisfit = {generator.misfit[n]:.4g}\n"
+    for number, sensor in sorted(generator.sensors.items()):
+        text += f"\n[[sensor]]\nnumber = {number}\ngain = {sensor.gain:.9g}\n"
+        if sensor.offset_m is not None and sensor.axis is not None:
+            text += _line("offset_m", sensor.offset_m) + _line("axis", sensor.axis)
+    return text
+
+
+def _value(path, table, key, size=None, default=None):
+    value = table.get(key, default)
+    array = np.asarray(0 if value is None else value, float) if isinstance(value, (int, float, list)) and not isinstance(value, bool) else np.array(np.nan)
+    if array.shape != (() if size is None else (size,)) or not np.all(np.isfinite(array)):
+        raise ValueError(f"{path}: {table.get('name', table.get('number', 'a table'))}: {key} must be {'a number' if size is None else f'{size} numbers'}")
+    return array if size else float(array)
+
+
+def _sensor(path, table):
+    number, gain = table.get("number"), _value(path, table, "gain")
+    if not isinstance(number, int) or gain <= 0:
+        raise ValueError(f"{path}: [[sensor]] needs a whole number and a positive gain")
+    mount = [_value(path, table, key, 3) if key in table else None for key in ("offset_m", "axis")]
+    return number, SensorCoil(gain, *mount)
+
+
+def read_generator(path: str | os.PathLike) -> Generator:
+    """Reads a generator from TOML: [[coil]] with name, position_m and moment, optionally octupole_m2 and misfit; [[sensor]] with number, gain,
+    offset_m and axis; crosstalk. Raises ValueError that names the file, and OSError."""
+    import tomllib  # of Python 3.11
+
+    path = os.fspath(path)
+    with open(path, "rb") as file:
+        try:
+            tables = tomllib.load(file)
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{path}: no TOML file: {error}") from None
+    coils, sensors = tables.get("coil", []), tables.get("sensor", [])
+    if not isinstance(coils, list) or not coils or not all(isinstance(one, dict) and isinstance(one.get("name"), str) for one in coils):
+        raise ValueError(f"{path}: no generator; it needs a table [[coil]] with name, position_m and moment for each coil")
+    if not isinstance(sensors, list) or not all(isinstance(one, dict) for one in sensors):
+        raise ValueError(f"{path}: each sensor needs a table [[sensor]]")
+    try:
+        return Generator(
+            tuple(one["name"] for one in coils), np.array([_value(path, one, "position_m", 3) for one in coils]),
+            np.array([_value(path, one, "moment", 3) for one in coils]), np.array([_value(path, one, "octupole_m2", default=0.0) for one in coils]),
+            tables.get("crosstalk"), np.array([_value(path, one, "misfit", default=0.0) for one in coils]), dict(_sensor(path, one) for one in sensors),
+            tables.get("left_handed_stage") is True)
+    except ValueError as error:
+        raise ValueError(str(error) if str(error).startswith(path) else f"{path}: {error}") from None

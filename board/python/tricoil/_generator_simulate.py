@@ -1,0 +1,88 @@
+"""`tricoil generator simulate`: a table of couplings of one sensor coil, at random poses or along a path."""
+
+import os
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import RotationSpline
+
+from ._dynamic import number
+from ._generator import MOST_COILS, Generator, planar_generator, read_generator, to_toml
+from ._output_file import refuse_input_as_output, write_all
+from ._poses import read
+from ._rotation import rotations
+from ._truth_command import numbers
+
+PLANAR_M = 0.3  # edge of the planar generator
+VOLUME_M = ((-0.15, -0.15, 0.1), (0.15, 0.15, 0.4))  # of random poses, above it
+AXIS = np.array([1.0, 0.0, 0.0])  # of the coil in the body of a path
+
+
+def _random(count, rng):
+    axis = rng.normal(size=(count, 3))
+    return rng.uniform(*VOLUME_M, (count, 3)), axis / np.linalg.norm(axis, axis=1, keepdims=True)
+
+
+def _along(path, place, times_s):
+    """Positions and axes of the coil at times (..., ); the middle of the path is at `place`."""
+    poses = read(path)
+    if poses.quaternion_wxyz is None or len(poses) < 4:
+        raise ValueError(f"{path}: four poses with attitudes are needed")
+    middle = poses.position_m.mean(axis=0)
+    position = CubicSpline(poses.time_s, poses.position_m - middle + place)
+    turn = RotationSpline(poses.time_s, rotations(poses.quaternion_wxyz))
+    times = times_s(poses.time_s[0], poses.time_s[-1])
+    return times, position(times), turn(times.ravel()).apply(AXIS).reshape(*times.shape, 3)
+
+
+def couplings_at_slots(generator: Generator, position_m, axis, gain):
+    """Couplings (M, N): that of coil i at positions and axes (M, N, 3)[:, i]."""
+    count = len(generator)
+    alone = np.stack([generator.field(position_m[:, i], axis[:, i] * gain)[:, i, 0] for i in range(count)], axis=1)
+    return alone @ np.linalg.inv(np.eye(count) + generator.crosstalk).T
+
+
+def _table(generator, time_s, position_m, axis, couplings, sigma):
+    names = [*([] if time_s is None else ["time_s"]), "x_m", "y_m", "z_m", "nx", "ny", "nz", "sigma", *generator.names]
+    parts = [*([] if time_s is None else [time_s[:, None]]), position_m, axis, sigma[:, None], couplings]
+    return ",".join(names) + "\n" + "".join(",".join(f"{v:.12g}" for v in row) + "\n" for row in np.hstack(parts))
+
+
+def run(out=None, generator=None, save=None, coils=8, count=1000, path=None, place="0,0,0.25", slot_s=0.0, rate_hz=40, gain=1.0, snr_db=60.0, seed=1):
+    """Result as `--json` prints it, and the couplings (M, N). Raises ValueError, OSError."""
+    if out is None:
+        raise ValueError("--out FILE is needed, for the couplings")
+    values = {name: number(f"--{name.replace('_', '-')}", value) for name, value in
+              {"coils": coils, "count": count, "slot_s": slot_s, "rate_hz": rate_hz, "gain": gain, "snr_db": snr_db, "seed": seed}.items()}
+    refuse_input_as_output({"--out": out, "--save": save}, [generator, path])
+    for name, least, most in (("coils", 1, MOST_COILS), ("count", 1, 1e7), ("rate_hz", 1e-3, 1e6), ("gain", 1e-9, 1e9), ("slot_s", 0, 1), ("seed", 0, 2**32)):
+        if not least <= values[name] <= most:
+            raise ValueError(f"--{name.replace('_', '-')}: must be from {least:g} to {most:g}; is {values[name]:g}")
+    source = planar_generator(int(values["coils"]), PLANAR_M) if generator is None else read_generator(generator)
+    rng, slot = np.random.default_rng(int(values["seed"])), values["slot_s"]
+    slots = slot * (np.arange(len(source)) - (len(source) - 1) / 2)
+    if slot * len(source) > 1 / values["rate_hz"] * (1 + 1e-9):
+        raise ValueError(f"--slot-s: {len(source)} slots of {slot:g} s are longer than a frame at {values['rate_hz']:g} frames/s")
+    if path is None:
+        time_s = None
+        position, axis = _random(int(values["count"]), rng)
+        true = source.couplings(position, axis, values["gain"])
+    else:
+        def times(first, last):
+            return np.arange(first + abs(slots[0]), last - abs(slots[0]), 1 / values["rate_hz"])[:, None] + np.append(slots, 0.0)
+
+        every, at, n = _along(path, np.array(numbers("place", place, 3)), times)
+        time_s, position, axis = every[:, -1], at[:, -1], n[:, -1]
+        true = couplings_at_slots(source, at[:, :-1], n[:, :-1], values["gain"])
+    sigma = np.sqrt(np.mean(true**2, axis=1)) * 10 ** (-values["snr_db"] / 20)
+    measured = true + sigma[:, None] * rng.normal(size=true.shape)
+    contents = {out: _table(source, time_s, position, axis, measured, sigma)}
+    if save is not None:
+        contents[save] = to_toml(source)
+    write_all(contents)
+    return {"rows": len(true), "coils": len(source), "snr_db": values["snr_db"], "slot_s": slot, "out": os.fspath(out)}, measured
+
+
+def text(r: dict) -> str:
+    """The result as a line."""
+    return f"{r['rows']} rows of {r['coils']} couplings, {r['snr_db']:g} dB above noise, written to {r['out']}\n"

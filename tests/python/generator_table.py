@@ -1,0 +1,74 @@
+"""Sensors of one coil: figures of simulated generators, and of recorded mountings of a source as a generator of nine and of six coils.
+
+usage: generator_table.py [COLD_STARTS]    exit status 1: a limit is exceeded. TRICOIL_DATA_DIR: the folder of ilemt-mountings/; without it
+that part is left out, with a line that says so.
+"""
+
+import os
+import pathlib
+import sys
+import tempfile
+
+import numpy as np
+import tricoil
+from test_generator import SIDE, bound, measured
+from tricoil import _generator_calibrate, _generator_solve
+
+FILES = ("soYoutZup", "soXinYup", "soXoutZup")
+#: Mountings, side and limits: position m, axis deg, share of poses without a result.
+SETS = {"nine coils": (FILES, None, 0.45e-3, 0.25, 0.001), "six coils": (FILES[1:], (0, 1, 0), 0.9e-3, 0.5, 0.02)}
+failures = []
+
+
+def check(name, holds):
+    if not holds:
+        failures.append(name)
+
+
+def simulated(count):
+    generator = tricoil.planar_generator()
+    for what, gain in (("gain known", 1.0), ("gain estimated", None)):
+        position, axis, couplings, sigma = measured(generator, count, (20, 100), 11)
+        rows = tricoil.solve_5dof(couplings, generator, sigma, gain=gain, side=SIDE)
+        good = rows["end"] == 0
+        error = np.linalg.norm(rows["position_m"] - position, axis=1)
+        limit = bound(generator, position, axis, sigma, 2e-3 if gain else 1e3)
+        wrong = int(np.sum(good & (error > 8 * limit) & (error > 0.02)))
+        print(f"{what}: {count} cold starts at 20 to 100 dB: {wrong} wrong, {100 * np.mean(~good):.2f} % without a result")
+        check(f"wrong, {what}", wrong == 0)
+    for snr_db in (40, 60, 80):
+        position, axis, couplings, sigma = measured(generator, 20000, snr_db, 12)
+        rows = tricoil.solve_5dof(couplings, generator, sigma, gain=1.0, side=SIDE)
+        good = rows["end"] == 0
+        error, limit = np.linalg.norm(rows["position_m"] - position, axis=1)[good], bound(generator, position, axis, sigma, 2e-3)[good]
+        ratio, nees = np.sqrt(np.mean(error**2 / limit**2)), _generator_solve._compared(rows, (position, axis), good)["nees"]
+        print(f"{snr_db} dB: RMS {1e3 * np.sqrt(np.mean(error**2)):.3f} mm, {ratio:.3f} of the Cramer-Rao bound; NEES {nees:.3f}")
+        check(f"bound at {snr_db} dB", 0.99 < ratio < 1.05 and 0.8 < nees < 1.2)
+
+
+def recorded(folder):
+    with tempfile.TemporaryDirectory() as place:
+        for name, (mountings, side, position_m, axis_deg, lost) in SETS.items():
+            of = lambda kind: [folder / f"{one}_seYoutZup_{kind}.dat" for one in mountings]
+            generator = os.path.join(place, "generator.toml")
+            calibrated, _ = _generator_calibrate.run(of("md"), out=generator)
+            result, _ = _generator_solve.run(of("ld"), generator=generator, side=side)
+            t = result["truth"]
+            print(f"{name}: residual {100 * calibrated['residual']:.2f} %; {result['solved']} of {result['poses']} poses, {1e3 * t['position_rms_m']:.3f} mm, "
+                  f"{t['axis_rms_deg']:.3f} deg RMS, {t['wrong']} wrong; NEES {t['nees']:.2f}")
+            check(name, t["position_rms_m"] < position_m and t["axis_rms_deg"] < axis_deg and t["wrong"] == 0 and result["solved"] >= (1 - lost) * result["poses"])
+
+
+def main():
+    simulated(int(sys.argv[1]) if len(sys.argv) > 1 else 100_000)
+    folder = pathlib.Path(os.environ.get("TRICOIL_DATA_DIR", "")) / "ilemt-mountings"
+    if folder.is_dir():
+        recorded(folder)
+    else:
+        print("recorded mountings: left out: TRICOIL_DATA_DIR with ilemt-mountings is not set")
+    for name in failures:
+        print(f"above its limit: {name}")
+    sys.exit(bool(failures))
+
+
+main()
