@@ -11,6 +11,8 @@
 #include <numeric>
 #include <set>
 #include <span>
+#include <tuple>
+#include <utility>
 
 #include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
@@ -95,13 +97,51 @@ public:
         for (int round = 0; round < 3 && fits_stage_; ++round) {
             solve(options_.model, loss_m_);
         }
-        return result();
+        return options_.finds_pick_up ? find_pick_up(result()) : result();
     }
 
     /// After run(): throws InputError for residuals of a file that does not belong to the set.
     void check() const { refuse_residuals(residuals_, options_.model); }
 
 private:
+    /// Fits once more, with pick-up. Returns that, or `without` and its parameters if the poses do not clearly show pick-up.
+    CalibrationFit find_pick_up(const CalibrationFit& without) {
+        constexpr double kClearly = 0.64;
+        constexpr double kSignificant = 3;
+        constexpr std::size_t kFewest = 18;
+        if (without.poses < kFewest) {
+            return without;
+        }
+        const double limit_m = outlier_limit_m(pose_norms());
+        const double before = mean_square(pose_norms(), limit_m);
+        const auto parameters = std::tuple(magnetic_, source_, fixture_, jig_, stage_, loss_m_, residuals_);
+        auto problem = std::tuple(std::exchange(problem_, nullptr), pose_blocks_, prior_block_);
+        fits_pick_up_ = true;
+        try {
+            for (int round = 0; round < 3; ++round) {
+                solve(options_.model, loss_m_);
+            }
+            const CalibrationFit fit = result();
+            if (mean_square(pose_norms(), limit_m) < kClearly * before &&
+                fit.pick_up.norm() > 3 * kSignificant * fit.pick_up_sigma) {
+                return fit;
+            }
+        } catch (const InputError&) {  // the poses do not determine it
+        }
+        fits_pick_up_ = false;
+        pick_up_.fill(0);
+        std::tie(magnetic_, source_, fixture_, jig_, stage_, loss_m_, residuals_) = parameters;
+        std::tie(problem_, pose_blocks_, prior_block_) = std::move(problem);
+        return without;
+    }
+
+    /// Of the norms of residuals, outliers limited.
+    static double mean_square(const std::vector<double>& norms, double limit_m) {
+        return std::transform_reduce(norms.begin(), norms.end(), 0.0, std::plus<>(),
+                                     [&](double norm) { return std::pow(std::min(norm, limit_m), 2); }) /
+               static_cast<double>(norms.size());
+    }
+
     /// Several mountings start from fits with this model.
     void fit_coils() {
         constexpr int kMostRounds = 12;
@@ -286,11 +326,15 @@ private:
                 auto* cost = new PoseResidual(PoseTerms{pose, source_start_[s], fixtures_.named[m], jig, coupling_constant_,
                                                         weight, model == FitModel::finite});
                 pose_blocks_.push_back(problem_->AddResidualBlock(cost, new ceres::CauchyLoss(loss_m), magnetic_.data(),
-                                                                  source_[s].data(), fixture, jig_.data(), stage_.data()));
+                                                                  source_[s].data(), fixture, jig_.data(), stage_.data(),
+                                                                  pick_up_.data()));
             }
         }
         fix_gauge(model);
         fix_stage(loss_m);
+        if (!fits_pick_up_) {
+            problem_->SetParameterBlockConstant(pick_up_.data());
+        }
         ceres::Solver::Options options = silent_options(ceres::DENSE_NORMAL_CHOLESKY);
         options.function_tolerance = 1e-10;
         options.num_threads = 2;
@@ -358,7 +402,8 @@ private:
         }
     }
 
-    /// Free parameter blocks in the order of the Jacobian's columns: magnetic parameters first. (Ceres' own order is arbitrary.)
+    /// Free parameter blocks in the order of the Jacobian's columns: magnetic parameters first, pick-up last. (Ceres' own order
+    /// is arbitrary.)
     std::vector<double*> free_blocks() {
         std::vector<double*> free{magnetic_.data()};
         const auto add = [&](double* block) {
@@ -371,6 +416,7 @@ private:
         }
         add(jig_.data());
         add(stage_.data());
+        add(pick_up_.data());
         return free;
     }
 
@@ -410,12 +456,14 @@ private:
         }
         fit.stage_turns_left_handed = left_handed_;
         fit.stage_errors = stage_errors_of(stage_.data(), coupling_constant_);
+        fit.pick_up = coupling_constant_ * Mat3<double>(pick_up_.data());
         fit.start_position_rms_m = start_rms_m_;
         fit.coupling_constant = coupling_constant_;
         fit.poses = count_poses(files_);
         residuals_ = residuals_by_file(fit);
         set_residuals(residuals_, options_.model, fit);
         check_parameters(parameter_estimate(), fit);
+        fit.pick_up_sigma *= coupling_constant_;
         check_fixture_names(fixtures_.sensor_names, fit);
         for (std::size_t f = 0; f < files_.size(); ++f) {
             fit.wiring[files_[f].path] = wiring_[f];
@@ -437,7 +485,7 @@ private:
                     continue;
                 }
                 const auto at_pose = current_pose(fixtures_.source_index[f], fixtures_.sensor_index[f], pose);
-                const Mat3<double> x = couplings_at(fit.model, fit.stage_errors, at_pose);
+                const Mat3<double> x = couplings_at(fit.model, fit.stage_errors, at_pose) + fit.pick_up;
                 file.squares += (x - pose.x).squaredNorm() / pose.x.squaredNorm();
                 ++file.used;
             }
@@ -452,6 +500,7 @@ private:
         estimate.residuals = residuals(&sparse);
         estimate.jacobian = dense(sparse);
         estimate.outlier_limit_m = outlier_limit_m(pose_norms());
+        estimate.has_pick_up = fits_pick_up_;
         estimate.magnetic = std::span(magnetic_).first(static_cast<std::size_t>(free_magnetic(options_.model)));
         return estimate;
     }
@@ -469,6 +518,8 @@ private:
     RigidBlock jig_{};
     std::array<double, kStage> stage_{};
     bool fits_stage_ = false;
+    std::array<double, kPickUp> pick_up_{};
+    bool fits_pick_up_ = false;
     double coupling_constant_ = 1;
     double start_rms_m_ = 0;
     double loss_m_ = kFirstLoss_m;
