@@ -33,24 +33,13 @@ OrderedJson value_of(const field::InducedDipoles<double>& dipoles) {
 }
 
 /// Fields that older recordings of the same version do not have; their defaults are right for these.
-const std::set<std::string_view> kAddedLater{"surroundings",
-                                             "calibrated_misfit_floor",
-                                             "calibrated_quadrature_floor",
-                                             "quadrature_floor",
-                                             "quadrature_lag_s",
-                                             "low_band_ratio",
-                                             "low_band_phase_rad",
-                                             "low_band_quadrature_floor",
-                                             "motion_lag_s",
-                                             "filter",
-                                             "filter_predict_ahead_us",
-                                             "pick_up_sigma",
-                                             "pick_up",
-                                             "pick_up_quadrature",
-                                             "calibrated_pick_up_sigma",
-                                             "low_band_pick_up",
-                                             "low_band_pick_up_quadrature",
-                                             "low_band_pick_up_sigma"};
+const std::set<std::string_view> kAddedLater{
+    "surroundings",           "calibrated_misfit_floor", "calibrated_quadrature_floor", "quadrature_floor", "quadrature_lag_s",
+    "low_band_ratio",         "low_band_phase_rad",      "low_band_quadrature_floor",   "motion_lag_s",     "filter",
+    "filter_predict_ahead_us"};
+
+/// The same for every field of the pick-up.
+bool is_added_later(std::string_view key) { return kAddedLater.contains(key) || key.find("pick_up") != std::string_view::npos; }
 
 /// Reads the fields of a JSON object strictly.
 class FieldReader {
@@ -62,7 +51,7 @@ public:
     template <typename T>
     void operator()(const char* key, T& value) {
         const auto at = object_.find(key);
-        if (at == object_.end() && kAddedLater.contains(key)) {
+        if (at == object_.end() && is_added_later(key)) {
             return;
         }
         ++read_;

@@ -11,8 +11,6 @@
 #include <numeric>
 #include <set>
 #include <span>
-#include <tuple>
-#include <utility>
 
 #include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
@@ -97,51 +95,17 @@ public:
         for (int round = 0; round < 3 && fits_stage_; ++round) {
             solve(options_.model, loss_m_);
         }
-        return options_.finds_pick_up ? find_pick_up(result()) : result();
+        fits_pick_up_ = options_.finds_pick_up;
+        for (int round = 0; round < 3 && fits_pick_up_; ++round) {
+            solve(options_.model, loss_m_);
+        }
+        return result();
     }
 
     /// After run(): throws InputError for residuals of a file that does not belong to the set.
     void check() const { refuse_residuals(residuals_, options_.model); }
 
 private:
-    /// Fits once more, with pick-up. Returns that, or `without` and its parameters if the poses do not clearly show pick-up.
-    CalibrationFit find_pick_up(const CalibrationFit& without) {
-        constexpr double kClearly = 0.64;
-        constexpr double kSignificant = 3;
-        constexpr std::size_t kFewest = 18;
-        if (without.poses < kFewest) {
-            return without;
-        }
-        const double limit_m = outlier_limit_m(pose_norms());
-        const double before = mean_square(pose_norms(), limit_m);
-        const auto parameters = std::tuple(magnetic_, source_, fixture_, jig_, stage_, loss_m_, residuals_);
-        auto problem = std::tuple(std::exchange(problem_, nullptr), pose_blocks_, prior_block_);
-        fits_pick_up_ = true;
-        try {
-            for (int round = 0; round < 3; ++round) {
-                solve(options_.model, loss_m_);
-            }
-            const CalibrationFit fit = result();
-            if (mean_square(pose_norms(), limit_m) < kClearly * before &&
-                fit.pick_up.norm() > 3 * kSignificant * fit.pick_up_sigma) {
-                return fit;
-            }
-        } catch (const InputError&) {  // the poses do not determine it
-        }
-        fits_pick_up_ = false;
-        pick_up_.fill(0);
-        std::tie(magnetic_, source_, fixture_, jig_, stage_, loss_m_, residuals_) = parameters;
-        std::tie(problem_, pose_blocks_, prior_block_) = std::move(problem);
-        return without;
-    }
-
-    /// Of the norms of residuals, outliers limited.
-    static double mean_square(const std::vector<double>& norms, double limit_m) {
-        return std::transform_reduce(norms.begin(), norms.end(), 0.0, std::plus<>(),
-                                     [&](double norm) { return std::pow(std::min(norm, limit_m), 2); }) /
-               static_cast<double>(norms.size());
-    }
-
     /// Several mountings start from fits with this model.
     void fit_coils() {
         constexpr int kMostRounds = 12;
@@ -587,8 +551,26 @@ CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOpti
 }  // namespace
 
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options) {
+    constexpr double kClearly = 0.8;
+    constexpr double kSignificant = 3;
+    constexpr std::size_t kFewest = 18;
     FitsAlone alone;
-    return fit_calibration(files, options, alone);
+    FitOptions plain = options;
+    plain.finds_pick_up = false;
+    CalibrationFit without = fit_calibration(files, plain, alone);
+    if (options.finds_pick_up && without.poses >= kFewest) {
+        FitOptions again = options;
+        again.progress = {};
+        try {
+            CalibrationFit with = fit_calibration(files, again, alone);
+            if (with.residual_rms < kClearly * without.residual_rms &&
+                with.pick_up.norm() > 3 * kSignificant * with.pick_up_sigma) {
+                return with;
+            }
+        } catch (const InputError&) {  // the poses do not determine it
+        }
+    }
+    return without;
 }
 
 }  // namespace tricoil::host

@@ -79,7 +79,7 @@ struct CalibrationFit {
 /// determine, couplings that the model does not explain, and contradictory files (residuals of one file far above those of the
 /// others).
 ///
-/// Pick-up is kept if it removes 36 % of the squared residual and is three times its standard deviation.
+/// Pick-up is kept if the couplings unexplained fall by a fifth and it is three times its standard deviation.
 ///
 /// Several mountings of one source (source fixtures) are fitted alone, turned into one frame and fitted together. Of four or
 /// more, one without which the others fit clearly better is left out, with a warning.

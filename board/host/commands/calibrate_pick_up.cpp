@@ -1,6 +1,5 @@
 #include <array>
 #include <cmath>
-#include <complex>
 
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/commands/calibrations.hpp"
@@ -18,56 +17,62 @@ struct PickUpCommand {
     std::optional<double> distance_m;  // of the sensor; none: a dummy replaces it
 };
 
-using Phasors = Vec3<std::complex<double>>;
-/// Columns of each source coil in one band, in order of time.
-using Columns = std::array<std::vector<Phasors>, kSourceCoils>;
+/// Means of blocks of columns, so that drift and slow interference count in the deviation.
+class BlockMeans {
+public:
+    void add(const Column<double>& column) {
+        constexpr double kBlock = 100;  // columns of each source coil
+        const int j = coil_index(column.state);
+        sum_.in_phase.col(j) += column.in_phase;
+        sum_.quadrature.col(j) += column.quadrature;
+        count_(j) += 1;
+        if (count_.minCoeff() >= kBlock) {
+            const auto weight = count_.cwiseInverse().asDiagonal();
+            blocks_.push_back({sum_.in_phase * weight, sum_.quadrature * weight});
+            sum_ = {};
+            count_.setZero();
+        }
+    }
+    [[nodiscard]] std::size_t blocks() const { return blocks_.size(); }
 
-std::array<Columns, 2> read_bands(const std::vector<std::string>& recordings) {
-    std::array<Columns, 2> bands;
+    /// other_sigma: of each number, from another cause.
+    [[nodiscard]] calibration::PickUp<double> mean(double other_sigma) const {
+        calibration::PickUp<double> mean;
+        const auto n = static_cast<double>(blocks_.size());
+        for (const auto& block : blocks_) {
+            mean.in_phase += block.in_phase / n;
+            mean.quadrature += block.quadrature / n;
+        }
+        double squares = 0;
+        for (const auto& block : blocks_) {
+            squares += (block.in_phase - mean.in_phase).squaredNorm() + (block.quadrature - mean.quadrature).squaredNorm();
+        }
+        mean.sigma = std::hypot(std::sqrt(squares / (18 * n * (n - 1))), other_sigma);
+        return mean;
+    }
+
+private:
+    calibration::PickUp<double> sum_;
+    Vec3<double> count_ = Vec3<double>::Zero();
+    std::vector<calibration::PickUp<double>> blocks_;
+};
+
+/// Of the high and the low band.
+std::array<BlockMeans, 2> read_bands(const std::vector<std::string>& recordings) {
+    constexpr std::size_t kFewest = 4;
+    std::array<BlockMeans, 2> bands;
     for (const std::string& folder : recordings) {
         const Recording recording(folder);  // checks the files
         RecordLines lines(folder, RecordFile::inputs);
         for (std::string line; lines.next(line);) {
             const TrackerInput input = parse_input(line, lines.where());
-            const Column<double>& column = input.column;
             if (has_couplings(input)) {
-                Columns& band = bands[column.flags.has(ColumnFlag::low_band) ? 1 : 0];
-                band[static_cast<std::size_t>(coil_index(column.state))].push_back(
-                    column.in_phase.binaryExpr(column.quadrature, [](double i, double q) { return std::complex(i, q); }));
+                bands[input.column.flags.has(ColumnFlag::low_band) ? 1 : 0].add(input.column);
             }
         }
     }
+    refuse_if(bands[0].blocks() < kFewest, "{}: too short; record a minute with all three source coils", recordings.back());
     return bands;
-}
-
-/// Means, and their deviation from the spread of the means of batches, so that drift and slow interference count. other_sigma: of
-/// each number, from another cause.
-calibration::PickUp<double> pick_up_of(const Columns& columns, double other_sigma) {
-    constexpr std::size_t kBatches = 16;
-    constexpr std::size_t kFewest = 10 * kBatches;
-    calibration::PickUp<double> pick_up;
-    double squares = 0;
-    for (std::size_t j = 0; j < columns.size(); ++j) {
-        const std::size_t length = columns[j].size() / kBatches;
-        refuse_if(columns[j].size() < kFewest, "source coil {} has {} columns; record at least {}: a minute is enough", j + 1,
-                  columns[j].size(), kFewest);
-        std::array<Phasors, kBatches> batch{};
-        Phasors mean = Phasors::Zero();
-        for (std::size_t n = 0; n < kBatches * length; ++n) {
-            const Phasors part = columns[j][n] * std::complex<double>(1.0 / static_cast<double>(length));
-            batch[n / length] += part;
-            mean += part * std::complex<double>(1.0 / kBatches);
-        }
-        for (Index i = 0; i < kSensorCoils; ++i) {
-            pick_up.in_phase(i, static_cast<Index>(j)) = mean(i).real();
-            pick_up.quadrature(i, static_cast<Index>(j)) = mean(i).imag();
-            for (const Phasors& one : batch) {
-                squares += std::norm(one(i) - mean(i)) / (kBatches * (kBatches - 1.0)) / 18;
-            }
-        }
-    }
-    pick_up.sigma = std::hypot(std::sqrt(squares), other_sigma);
-    return pick_up;
 }
 
 /// Throws InputError if the couplings are those of a sensor within reach.
@@ -88,17 +93,14 @@ CalibrationFile calibrate_pick_up(const PickUpCommand& command, CalibrationRepor
     const double constant = c.model.source_moment.norm() / std::sqrt(3.0);
     // By (6), the mean square of the nine couplings of a sensor in any attitude is k^2 / 6.
     const double of_sensor = command.distance_m ? constant / std::pow(*command.distance_m, 3) / std::sqrt(6.0) : 0;
-    const std::array<Columns, 2> bands = read_bands(command.files.data);
+    const auto [high, low] = read_bands(command.files.data);
     const bool was_none = c.pick_up.is_none();
-    c.pick_up = pick_up_of(bands[0], of_sensor);
+    c.pick_up = high.mean(of_sensor);
+    c.low_band.pick_up = low.blocks() > 1 ? low.mean(of_sensor) : c.low_band.pick_up;
     refuse_sensor(c.model, c.pick_up);
     refuse_if(of_sensor > 0 && c.pick_up.in_phase.norm() < 3 * of_sensor,
               "a sensor at {} m has couplings as large as the pick-up; replace it by a dummy", command.distance_m.value_or(0));
-    if (!bands[1][0].empty()) {
-        c.low_band.pick_up = pick_up_of(bands[1], of_sensor);
-    }
-    report.json["columns"] = bands[0][0].size();
-    report.json["low_columns"] = bands[1][0].size();
+    report.json["low_band"] = low.blocks() > 1;
     if (was_none) {
         report.warnings.push_back(
             command.files.calibration +
@@ -108,9 +110,7 @@ CalibrationFile calibrate_pick_up(const PickUpCommand& command, CalibrationRepor
     return file;
 }
 
-std::string pick_up_text(const Json& result) {
-    return fill(result, "{columns} columns of each source coil, {low_columns} in the low band\n");
-}
+std::string pick_up_text(const Json& result) { return result["low_band"] ? "also of the low band\n" : ""; }
 
 }  // namespace
 
