@@ -14,18 +14,24 @@ using Word = std::array<std::uint8_t, Storage::kWordBytes>;
 
 constexpr std::uint32_t kMagic = 0x534C4143;  // "CALS", little-endian
 constexpr std::size_t kBlobAt = Storage::kWordBytes;
-constexpr std::size_t kBlobWords = (calibration::kBlobBytes + Storage::kWordBytes - 1) / Storage::kWordBytes;
-constexpr std::size_t kTailAt = kBlobAt + kBlobWords * Storage::kWordBytes;
 
 static_assert(std::endian::native == std::endian::little, "records are little-endian");
 
 std::uint64_t word_of(std::uint32_t low, std::uint32_t high) { return low | static_cast<std::uint64_t>(high) << 32U; }
 
-/// Word n of a blob, padded with zeros.
-Word blob_word(const calibration::Blob& blob, std::size_t n) {
+static_assert(Storage::kWordBytes == calibration::kBlobHeaderBytes, "the first word of a blob gives its length");
+
+/// Place of the last word of a record, from the first word of its blob.
+std::size_t tail_at(const Word& header) {
+    return kBlobAt + (calibration::blob_bytes(header) + Storage::kWordBytes - 1) / Storage::kWordBytes * Storage::kWordBytes;
+}
+
+/// Word at `first` of a blob, padded with zeros.
+Word blob_word(const calibration::Blob& blob, std::size_t first) {
     Word word{};
-    const std::size_t first = n * Storage::kWordBytes;
-    std::copy_n(blob.begin() + static_cast<std::ptrdiff_t>(first), std::min(word.size(), blob.size() - first), word.begin());
+    for (std::size_t k = 0; k < word.size() && first + k < blob.size(); ++k) {
+        word[k] = blob[first + k];
+    }
     return word;
 }
 
@@ -52,7 +58,7 @@ auto CalibrationStore::inspect(std::size_t slot) -> SlotContent {
     Word word{};
     bool is_whole = true;
     std::uint64_t head = 0;
-    for (std::size_t at = 0; at <= kTailAt; at += Storage::kWordBytes) {
+    for (std::size_t at = 0, tail = kBlobAt + 1; at <= tail; at += Storage::kWordBytes) {
         if (!storage_.read(slot, at, word).ok()) {
             return {false, std::nullopt};
         }
@@ -60,8 +66,10 @@ auto CalibrationStore::inspect(std::size_t slot) -> SlotContent {
         found.is_erased = found.is_erased && value == ~std::uint64_t{0};
         if (at == 0) {
             head = value;
+        } else if (at == kBlobAt) {
+            tail = tail_at(word);
         }
-        if (at < kTailAt) {
+        if (at < tail) {
             crc = crc32_continued(crc, word);
         } else {
             is_whole = value == word_of(crc, ~crc);
@@ -77,13 +85,17 @@ Status CalibrationStore::read(calibration::Blob& blob) {
     if (!newest_) {
         return {StatusCode::not_ready, "no calibration is stored"};
     }
-    for (std::size_t n = 0; n < kBlobWords; ++n) {
+    blob = {};
+    std::size_t bytes = calibration::kBlobHeaderBytes;
+    for (std::size_t first = 0; first < bytes; first += Storage::kWordBytes) {
         Word word{};
-        if (const Status status = storage_.read(*newest_, kBlobAt + n * Storage::kWordBytes, word); !status.ok()) {
+        if (const Status status = storage_.read(*newest_, kBlobAt + first, word); !status.ok()) {
             return status;
         }
-        const std::size_t first = n * Storage::kWordBytes;
-        std::copy_n(word.begin(), std::min(word.size(), blob.size() - first), blob.begin() + static_cast<std::ptrdiff_t>(first));
+        bytes = first == 0 ? calibration::blob_bytes(word) : bytes;
+        for (std::size_t k = 0; k < word.size() && blob.size() < bytes; ++k) {
+            (void)blob.push_back(word[k]);
+        }
     }
     return {};
 }
@@ -116,10 +128,11 @@ Status CalibrationStore::write_record(std::size_t slot, Head head, const calibra
         return storage_.program(slot, at, value);
     };
     Status status = put(0, word_of(head.magic, head.sequence));
-    for (std::size_t n = 0; n < kBlobWords && status.ok(); ++n) {
-        status = put(kBlobAt + n * Storage::kWordBytes, std::bit_cast<std::uint64_t>(blob_word(blob, n)));
+    const std::size_t tail = tail_at(blob_word(blob, 0));
+    for (std::size_t at = kBlobAt; at < tail && status.ok(); at += Storage::kWordBytes) {
+        status = put(at, std::bit_cast<std::uint64_t>(blob_word(blob, at - kBlobAt)));
     }
-    return status.ok() ? storage_.program(slot, kTailAt, word_of(crc, ~crc)) : status;
+    return status.ok() ? storage_.program(slot, tail, word_of(crc, ~crc)) : status;
 }
 
 }  // namespace tricoil::app

@@ -339,7 +339,8 @@ AckResult TrackerDevice::store_calibration(HostLink& link, const protocol::Calib
         return AckResult::replayed;
     }
     permission_.use();
-    std::copy(message.tail.begin(), message.tail.end(), blob.begin());
+    blob = {};
+    std::ranges::for_each(message.tail, [&](std::uint8_t byte) { (void)blob.push_back(byte); });
     hardware_.coils.switch_off();
     hardware_.watchdog.feed();
     const bool is_stored = store_.write(blob).ok();

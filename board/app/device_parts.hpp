@@ -41,8 +41,8 @@ struct DeviceHardware {
 
 constexpr std::size_t kMaxPorts = 4;
 /// Longest message that the application sends or receives: a calibration, or a part of a raw block.
-constexpr std::size_t kMaxBoardMessage = 592;
-static_assert(kMaxBoardMessage >= protocol::kFixedBytes<protocol::CalibrationMessage> + calibration::kBlobBytes);
+constexpr std::size_t kMaxBoardMessage = 608;
+static_assert(kMaxBoardMessage >= protocol::kFixedBytes<protocol::CalibrationMessage> + calibration::kMaxBlobBytes);
 
 /// One mode: plan from plan_acquisition(), and channel responses at its carriers.
 struct MeasuringMode {

@@ -42,7 +42,9 @@ const char* text_of(const protocol::AckMessage& ack) {
         case protocol::AckResult::busy:
             return "the device is busy; try again";
         case protocol::AckResult::bad_value:
-            return "refused: invalid value";
+            return ack.opcode == static_cast<std::uint8_t>(Opcode::write_calibration)
+                       ? "refused: its firmware does not know this version of a calibration (pick-up: version 6); update it"
+                       : "refused: invalid value";
         case protocol::AckResult::wrong_state:
             return "refused in the present state; start or stop the measurement first";
         case protocol::AckResult::replayed:

@@ -82,7 +82,7 @@ py::array_t<SolutionRow> solve(const Array& x, const Array& sigma, double coupli
     const Vec3<double> towards = given.isZero(0) && calibration ? calibration->hemisphere : given;
     for_rows(x.shape(0), progress, [&](py::ssize_t n) {
         const RowMajor3 x_n(matrices + 9 * n);
-        out[n] = calibration ? calibrated_row(x_n, sigmas[n], *calibration, towards)
+        out[n] = calibration ? calibrated_row(Mat3<double>(x_n) - calibration->pick_up.in_phase, sigmas[n], *calibration, towards)
                              : solve_row(x_n, sigmas[n], coupling_constant, towards);
     });
     return rows;

@@ -13,7 +13,8 @@ namespace tricoil::host {
 template <typename Params, typename Visit>
 void visit_common(Params& params, Visit&& visit) {
     auto& [coupling_constant, hemisphere, confined, max_column_span, window_s, latency_s, min_snr, max_misfit, distortion_gate,
-           misfit_floor, quadrature_floor, quadrature_lag_s, max_deviation_m, lost_after, search_after] = params;
+           misfit_floor, quadrature_floor, quadrature_lag_s, max_deviation_m, pick_up_sigma, lost_after, search_after] =
+        params;
     visit("coupling_constant_m3", coupling_constant);
     visit("hemisphere", hemisphere);
     visit("confined", confined);
@@ -29,6 +30,7 @@ void visit_common(Params& params, Visit&& visit) {
     visit("max_deviation_m", max_deviation_m);
     visit("lost_after_us", lost_after);
     visit("search_after_us", search_after);
+    visit("pick_up_sigma", pick_up_sigma);
 }
 
 /// Parameters of this method, constant or not.
@@ -99,8 +101,8 @@ void visit_tracker(Params& params, Visit&& visit) {
 
 template <typename Calibration, typename Visit>
 void visit_calibration(Calibration& known, Visit&& visit) {
-    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor, quadrature_floor, converters, low_band] =
-        known;
+    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor, quadrature_floor, converters, pick_up,
+           low_band] = known;
     static_cast<void>(converters);  // not a parameter of trackers: the columns are corrected before the trackers
     auto& [source_offset_m, source_moment, sensor_offset_m, sensor_sensitivity, source_octupole_m2, sensor_octupole_m2,
            surroundings] = model;
@@ -121,6 +123,12 @@ void visit_calibration(Calibration& known, Visit&& visit) {
     visit("low_band_phase_rad", low_band.phase_rad);
     visit("low_band_quadrature_floor", low_band.quadrature_floor);
     visit("motion_lag_s", low_band.motion_lag_s);
+    visit("pick_up", pick_up.in_phase);
+    visit("pick_up_quadrature", pick_up.quadrature);
+    visit("calibrated_pick_up_sigma", pick_up.sigma);
+    visit("low_band_pick_up", low_band.pick_up.in_phase);
+    visit("low_band_pick_up_quadrature", low_band.pick_up.quadrature);
+    visit("low_band_pick_up_sigma", low_band.pick_up.sigma);
 }
 
 }  // namespace tricoil::host

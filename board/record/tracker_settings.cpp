@@ -38,6 +38,9 @@ const std::set<std::string_view> kAddedLater{
     "low_band_ratio",         "low_band_phase_rad",      "low_band_quadrature_floor",   "motion_lag_s",     "filter",
     "filter_predict_ahead_us"};
 
+/// The same for every field of the pick-up.
+bool is_added_later(std::string_view key) { return kAddedLater.contains(key) || key.find("pick_up") != std::string_view::npos; }
+
 /// Reads the fields of a JSON object strictly.
 class FieldReader {
 public:
@@ -48,7 +51,7 @@ public:
     template <typename T>
     void operator()(const char* key, T& value) {
         const auto at = object_.find(key);
-        if (at == object_.end() && kAddedLater.contains(key)) {
+        if (at == object_.end() && is_added_later(key)) {
             return;
         }
         ++read_;

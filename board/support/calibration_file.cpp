@@ -86,6 +86,21 @@ void require(const std::string& path, const toml::table& root, const char* table
     refuse_if(!root[table][key], "{}: '{}.{}' is missing; the file is not complete: calibrate again", path, table, key);
 }
 
+/// The keys begin with `prefix`.
+std::string pick_up_text(const char* prefix, const calibration::PickUp<double>& pick_up) {
+    return pick_up.is_none() ? ""
+                             : fmt::format("{0}pick_up = {1}\n{0}pick_up_quadrature = {2}\n{0}pick_up_sigma = {3:.6g}\n", prefix,
+                                           toml_text(pick_up.in_phase), toml_text(pick_up.quadrature), pick_up.sigma);
+}
+
+calibration::PickUp<double> read_pick_up(const std::string& prefix, CheckedTable& couplings) {
+    calibration::PickUp<double> pick_up;
+    pick_up.in_phase = couplings.matrix(prefix + "pick_up", pick_up.in_phase);
+    pick_up.quadrature = couplings.matrix(prefix + "pick_up_quadrature", pick_up.quadrature);
+    pick_up.sigma = couplings.number(prefix + "pick_up_sigma", 0);
+    return pick_up;
+}
+
 std::string low_band_text(const calibration::LowBand<double>& low) {
     std::string text = low.ratio == Mat3<double>::Ones() ? "" : line("low_band_ratio", low.ratio);
     text += low.phase_rad.isZero(0) ? "" : line("low_band_phase_rad", low.phase_rad);
@@ -93,7 +108,7 @@ std::string low_band_text(const calibration::LowBand<double>& low) {
         text += fmt::format("low_band_quadrature_floor = {:.6g}\n", low.quadrature_floor);
     }
     text += low.motion_lag_s.isZero(0) ? "" : line("motion_lag_s", low.motion_lag_s);
-    return text;
+    return text + pick_up_text("low_band_", low.pick_up);
 }
 
 constexpr int kLargestByte = 127;
@@ -168,7 +183,7 @@ std::string to_toml(const CalibrationFile& file) {
     text += "\n[sensor]\n" + line("sensitivity", c.model.sensor_sensitivity) + line("offset_m", c.model.sensor_offset_m) +
             line("octupole_m2", c.model.sensor_octupole_m2);
     text += "\n[couplings]\n" + line("phase_rad", c.phase_rad);
-    text += low_band_text(c.low_band);
+    text += pick_up_text("", c.pick_up) + low_band_text(c.low_band);
     text += converters_text(c.converters);
     text +=
         "\n[output]\n" + line("hemisphere", c.hemisphere) + line("linear", c.output_linear) + line("offset_m", c.output_offset_m);
@@ -212,6 +227,8 @@ CalibrationFile read_calibration(const std::string& path) {
     c.low_band.phase_rad = couplings.matrix("low_band_phase_rad", c.low_band.phase_rad);
     c.low_band.quadrature_floor = couplings.number("low_band_quadrature_floor", 1);
     c.low_band.motion_lag_s = couplings.matrix("motion_lag_s", c.low_band.motion_lag_s);
+    c.pick_up = read_pick_up("", couplings);
+    c.low_band.pick_up = read_pick_up("low_band_", couplings);
     couplings.finish();
     sensor.finish();
     c.converters = read_converters(top);

@@ -26,6 +26,9 @@ public:
     [[nodiscard]] constexpr T& operator[](std::size_t index) { return items_[checked(index)]; }
     [[nodiscard]] constexpr const T* begin() const { return items_.data(); }
     [[nodiscard]] constexpr const T* end() const { return items_.data() + size_; }
+    [[nodiscard]] constexpr bool operator==(const StaticVector& other) const {
+        return size_ == other.size_ && items_ == other.items_;
+    }
     [[nodiscard]] constexpr T* begin() { return items_.data(); }
     [[nodiscard]] constexpr T* end() { return items_.data() + size_; }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "core/base/crc32.hpp"
 
@@ -9,9 +10,9 @@ namespace tricoil::calibration {
 namespace {
 
 template <std::size_t Bytes>
-void put(std::uint8_t* to, std::uint64_t value) {
+void put(Blob& blob, std::uint64_t value) {
     for (std::size_t i = 0; i < Bytes; ++i) {
-        to[i] = static_cast<std::uint8_t>(value >> (8 * i));
+        (void)blob.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
     }
 }
 
@@ -68,26 +69,68 @@ void visit_dipole(Dipole& dipole, Visitor each) {
     }
 }
 
+constexpr int kQuadratureShift = 8;
+
+/// Visits the mantissas in phase and the quadratures, in the order of the blob: each(number, bytes, exponent).
+template <typename Any, typename Visitor>
+void visit_pick_up(Any& pick_up, int exponent, Visitor each) {
+    std::for_each_n(pick_up.in_phase.data(), 9, [&](auto& number) { each(number, 2, exponent); });
+    std::for_each_n(pick_up.quadrature.data(), 9, [&](auto& number) { each(number, 1, exponent + kQuadratureShift); });
+}
+
+void put_pick_up(Blob& blob, const PickUp<double>& pick_up) {
+    int exponent = 0;
+    (void)std::frexp(std::max(pick_up.in_phase.cwiseAbs().maxCoeff(), pick_up.quadrature.cwiseAbs().maxCoeff()), &exponent);
+    exponent = std::clamp(exponent - 15, -128, 127);
+    put<1>(blob, static_cast<std::uint64_t>(exponent));
+    visit_pick_up(pick_up, exponent, [&](double number, int bytes, int unit) {
+        const double most = bytes == 1 ? 127 : 32767;
+        const auto mantissa = static_cast<std::uint64_t>(std::lround(std::clamp(std::ldexp(number, -unit), -most, most)));
+        bytes == 1 ? put<1>(blob, mantissa) : put<2>(blob, mantissa);
+    });
+    put<4>(blob, std::bit_cast<std::uint32_t>(static_cast<float>(pick_up.sigma)));
+}
+
+void read_pick_up(const std::uint8_t* at, PickUp<float>& pick_up) {
+    const int exponent = static_cast<std::int8_t>(*at++);
+    visit_pick_up(pick_up, exponent, [&](float& number, int bytes, int unit) {
+        const int mantissa = bytes == 1 ? static_cast<std::int8_t>(*at) : static_cast<std::int16_t>(get<2>(at));
+        number = std::ldexp(static_cast<float>(mantissa), unit);
+        at += bytes;
+    });
+    pick_up.sigma = std::bit_cast<float>(static_cast<std::uint32_t>(get<4>(at)));
+}
+
 }  // namespace
 
+std::size_t blob_bytes(std::span<const std::uint8_t, kBlobHeaderBytes> header) {
+    return get<2>(header.data() + 4) == kPickUpVersion ? kMaxBlobBytes : kBlobBytes;
+}
+
 Blob encode(const Calibration<double>& calibration) {
-    Blob blob{};
-    put<4>(blob.data(), kBlobMagic);
-    put<2>(blob.data() + 4, kBlobVersion);
-    put<2>(blob.data() + 6, kPayloadBytes);
-    std::uint8_t* at = blob.data() + kBlobHeaderBytes;
-    const auto write = [&](double value) {
-        put<4>(at, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
-        at += 4;
+    const bool has_pick_up = !calibration.pick_up.is_none();
+    Blob blob;
+    put<4>(blob, kBlobMagic);
+    put<2>(blob, has_pick_up ? kPickUpVersion : kBlobVersion);
+    put<2>(blob, kPayloadBytes + (has_pick_up ? kPickUpBytes : 0));
+    const auto write = [&](double value) { put<4>(blob, std::bit_cast<std::uint32_t>(static_cast<float>(value))); };
+    const auto pad_to = [&](std::size_t bytes) {
+        while (blob.size() < bytes) {
+            put<1>(blob, 0);
+        }
     };
-    visit_converters(calibration.converters, [&](std::int8_t value) { *at++ = static_cast<std::uint8_t>(value); });
+    visit_converters(calibration.converters, [&](std::int8_t value) { put<1>(blob, static_cast<std::uint8_t>(value)); });
     visit(calibration, write);
-    put<4>(at, calibration.model.surroundings.size());
-    at += 4;
+    put<4>(blob, calibration.model.surroundings.size());
     for (const field::InducedDipole<double>& dipole : calibration.model.surroundings) {
         visit_dipole(dipole, write);
     }
-    put<4>(blob.data() + kBlobBytes - 4, crc32({blob.data(), kBlobBytes - 4}));
+    pad_to(kBlobHeaderBytes + kPayloadBytes);
+    if (has_pick_up) {
+        put_pick_up(blob, calibration.pick_up);
+    }
+    pad_to((has_pick_up ? kMaxBlobBytes : kBlobBytes) - 4);
+    put<4>(blob, crc32(std::span<const std::uint8_t>(blob)));
     return blob;
 }
 
@@ -95,13 +138,16 @@ Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes) {
     if (bytes.size() < kBlobHeaderBytes || get<4>(bytes.data()) != kBlobMagic) {
         return Status{StatusCode::invalid_argument, "no calibration: wrong magic; calibrate and store one"};
     }
-    if (get<2>(bytes.data() + 4) != kBlobVersion) {
+    const bool has_pick_up = get<2>(bytes.data() + 4) == kPickUpVersion;
+    if (!has_pick_up && get<2>(bytes.data() + 4) != kBlobVersion) {
         return Status{StatusCode::invalid_argument, "calibration of another version; calibrate again with this software"};
     }
-    if (bytes.size() != kBlobBytes || get<2>(bytes.data() + 6) != kPayloadBytes) {
+    if (bytes.size() != blob_bytes(bytes.first<kBlobHeaderBytes>()) ||
+        get<2>(bytes.data() + 6) != kPayloadBytes + (has_pick_up ? kPickUpBytes : 0)) {
         return Status{StatusCode::invalid_argument, "calibration has a wrong length"};
     }
-    if (get<4>(bytes.data() + kBlobBytes - 4) != crc32(bytes.first(kBlobBytes - 4))) {
+    const std::uint8_t* const crc_at = bytes.data() + bytes.size() - 4;
+    if (get<4>(crc_at) != crc32(bytes.first(bytes.size() - 4))) {
         return Status{StatusCode::invalid_argument, "calibration is damaged: its CRC does not match; store it again"};
     }
     Calibration<float> calibration;
@@ -119,14 +165,16 @@ Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes) {
         visit_dipole(dipole, read);
         (void)calibration.model.surroundings.push_back(dipole);
     }
-    const bool has_more = std::any_of(at, bytes.data() + kBlobBytes - 4, [](std::uint8_t byte) { return byte != 0; });
+    const std::uint8_t* const end = has_pick_up ? bytes.data() + kBlobHeaderBytes + kPayloadBytes : crc_at;
+    const bool has_more = std::any_of(at, end, [](std::uint8_t byte) { return byte != 0; });
     if (has_more || dipoles > field::kMaxInducedDipoles) {
         return Status{StatusCode::invalid_argument, "calibration has a wrong length"};
     }
-    if (const Status status = check(calibration); !status.ok()) {
-        return status;
+    if (has_pick_up) {
+        read_pick_up(end, calibration.pick_up);
     }
-    return calibration;
+    const Status status = check(calibration);
+    return status.ok() ? Result<Calibration<float>>(calibration) : status;
 }
 
 /// Checked in the precision of the blob: limits are rounded like the numbers.

@@ -11,6 +11,31 @@
 
 namespace tricoil::calibration {
 
+/// Pick-up: the part of the couplings that does not come from the sensor (common ground, wires of the source beside those of the
+/// sensor). It is constant, and stated as it is measured, before phase_rad; (i, j): sensor channel i, source coil j. The
+/// default is none.
+template <typename Scalar>
+struct PickUp {
+    Mat3<Scalar> in_phase = Mat3<Scalar>::Zero();
+    Mat3<Scalar> quadrature = Mat3<Scalar>::Zero();
+    Scalar sigma = 0;  // standard deviation of each number
+
+    /// Subtracts it from column j (0-2).
+    void remove(int j, Vec3<Scalar>& column_in_phase, Vec3<Scalar>& column_quadrature) const {
+        column_in_phase -= in_phase.col(j);
+        column_quadrature -= quadrature.col(j);
+    }
+    [[nodiscard]] bool is_within(Scalar largest) const {
+        return in_phase.isZero(largest) && quadrature.isZero(largest) && sigma >= 0 && sigma <= largest;
+    }
+    [[nodiscard]] bool is_none() const { return in_phase.isZero(0) && quadrature.isZero(0) && sigma == Scalar(0); }
+
+    template <typename Other>
+    [[nodiscard]] PickUp<Other> cast() const {
+        return {in_phase.template cast<Other>(), quadrature.template cast<Other>(), static_cast<Other>(sigma)};
+    }
+};
+
 /// Low couplings without metal. Only in double, because only programs run trackers for two bands. The default leaves columns
 /// unchanged.
 template <typename Scalar>
@@ -23,6 +48,7 @@ struct LowBand<double> {
     /// (j, i): quadrature of the high coupling to source coil i over the rate of that to source coil j, both corrected for the
     /// coils, at the carriers and the frame rate of the calibration. Zero: unknown.
     Mat3<double> motion_lag_s = Mat3<double>::Zero();
+    PickUp<double> pick_up;
 };
 
 template <typename Scalar>
@@ -35,19 +61,16 @@ struct Calibration {
     Scalar misfit_floor = 0;             // misfit of clean couplings per coupling, relative to k: errors of the model
     Scalar quadrature_floor = 1;         // quadrature of clean couplings after phase_rad, likewise; 1: unknown
     signal::ConverterErrors converters;  // of the board that measured the couplings
+    PickUp<Scalar> pick_up;
     [[no_unique_address]] LowBand<Scalar> low_band;
 
     template <typename Other>
     [[nodiscard]] Calibration<Other> cast() const {  // without low_band
-        return {model.template cast<Other>(),
-                phase_rad.template cast<Other>(),
-                hemisphere.template cast<Other>(),
-                output_linear.template cast<Other>(),
-                output_offset_m.template cast<Other>(),
-                static_cast<Other>(misfit_floor),
-                static_cast<Other>(quadrature_floor),
-                converters,
-                {}};
+        return {model.template cast<Other>(),           phase_rad.template cast<Other>(),
+                hemisphere.template cast<Other>(),      output_linear.template cast<Other>(),
+                output_offset_m.template cast<Other>(), static_cast<Other>(misfit_floor),
+                static_cast<Other>(quadrature_floor),   converters,
+                pick_up.template cast<Other>(),         {}};
     }
 };
 
@@ -70,7 +93,8 @@ Status check(const field::InducedDipoles<Scalar>& surroundings, const Mat3<Scala
 
 /// Errors: not_finite (NaN or infinity), invalid_argument (linearly dependent moments or sensitivities, an offset beyond 1 m, an
 /// output correction or a misfit floor beyond 0.1, a quadrature floor beyond 1, a ratio of the bands beyond 0.5 to 2, a phase of
-/// the low band that is not finite, a lag by motion beyond 5 ms, a virtual dipole at a source coil or beyond 100 m).
+/// the low band that is not finite, a lag by motion beyond 5 ms, pick-up beyond the couplings at 0.2 m, a virtual dipole at a
+/// source coil or beyond 100 m).
 template <typename Scalar>
 Status check(const Calibration<Scalar>& c) {
     const bool finite =
@@ -98,6 +122,12 @@ Status check(const Calibration<Scalar>& c) {
     if (!(c.quadrature_floor >= 0 && c.quadrature_floor <= 1)) {
         return {StatusCode::invalid_argument, "calibration: the quadrature floor must be a share of 0 to 1"};
     }
+    const Status bad_pick_up{StatusCode::invalid_argument,
+                             "calibration: the pick-up must be smaller than the couplings at 0.2 m"};
+    const Scalar largest = 125 * c.model.source_moment.norm();
+    if (!c.pick_up.is_within(largest)) {
+        return bad_pick_up;
+    }
     if constexpr (std::is_same_v<Scalar, double>) {
         if (!c.low_band.ratio.all([](double ratio) { return ratio >= 0.5 && ratio <= 2; })) {
             return {StatusCode::invalid_argument, "calibration: the ratio of the low to the high band must be 0.5 to 2"};
@@ -105,6 +135,9 @@ Status check(const Calibration<Scalar>& c) {
         if (!c.low_band.phase_rad.allFinite() || !(c.low_band.quadrature_floor >= 0 && c.low_band.quadrature_floor <= 1)) {
             return {StatusCode::invalid_argument,
                     "calibration: phases of the low band must be finite, their quadrature floor a share of 0 to 1"};
+        }
+        if (!c.low_band.pick_up.is_within(largest)) {
+            return bad_pick_up;
         }
         if (!c.low_band.motion_lag_s.isZero(5e-3)) {
             return {StatusCode::invalid_argument, "calibration: the lag by motion must be -0.005 to 0.005 s"};

@@ -8,9 +8,9 @@
 
 namespace tricoil::calibration {
 
-/// Two kinds. ideal_triads(): corrects phases, gains, signs, sensor coil angles and the source's attitude column by column. It is
-/// for trackers with the concentric model, which add the coupling of metal at rest themselves. phases(): corrects phases only;
-/// the tracker's general model contains the rest.
+/// Two kinds. ideal_triads(): corrects pick-up, phases, gains, signs, sensor coil angles and the source's attitude column by
+/// column. It is for trackers with the concentric model, which add the coupling of metal at rest themselves. phases(): corrects
+/// pick-up and phases only; the tracker's general model contains the rest.
 template <typename Scalar>
 class CoilCorrection {
 public:
@@ -64,23 +64,20 @@ public:
         correction.output_offset_m_ = c.output_offset_m;
         correction.misfit_floor_ = c.misfit_floor;
         correction.quadrature_floor_ = c.quadrature_floor;
+        correction.pick_up_ = c.pick_up;
         correction.low_band_ = c.low_band;
         return correction;
     }
 
     /// Corrects column j (0-2): in phase, quadrature and standard deviations. After ideal_triads() the result has C = 1.
     void correct_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
-        const Vec3<Scalar> cosine = phase_rad_.col(j).unaryExpr([](Scalar phase) { return std::cos(phase); });
-        const Vec3<Scalar> sine = phase_rad_.col(j).unaryExpr([](Scalar phase) { return std::sin(phase); });
-        const Vec3<Scalar> along = cosine.cwiseProduct(in_phase) + sine.cwiseProduct(quadrature);
-        const Vec3<Scalar> across = cosine.cwiseProduct(quadrature) - sine.cwiseProduct(in_phase);
-        in_phase = sensor_ * along / gain_(j);
-        quadrature = sensor_ * across / gain_(j);
-        correct_sigma(j, sigma);
+        pick_up_.remove(j, in_phase, quadrature);
+        correct_coils(j, in_phase, quadrature, sigma);
     }
 
     /// The same for a column of the low band, which first becomes one of the high band. Only in double.
     void correct_low_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
+        low_band_.pick_up.remove(j, in_phase, quadrature);
         for (Index i = 0; i < in_phase.size(); ++i) {
             const Scalar phase_rad = phase_rad_(i, j) - low_band_.phase_rad(i, j);
             const auto high = std::polar(1 / low_band_.ratio(i, j), phase_rad) * std::complex<Scalar>(in_phase(i), quadrature(i));
@@ -88,7 +85,7 @@ public:
             quadrature(i) = high.imag();
             sigma(i) /= low_band_.ratio(i, j);
         }
-        correct_column(j, in_phase, quadrature, sigma);
+        correct_coils(j, in_phase, quadrature, sigma);
     }
 
     /// Axes of the corrected columns: v_source = axes v_coils. Identity after phases().
@@ -96,6 +93,8 @@ public:
     [[nodiscard]] bool has_own_axes() const { return has_own_axes_; }
     [[nodiscard]] Scalar misfit_floor() const { return misfit_floor_; }
     [[nodiscard]] Scalar quadrature_floor() const { return quadrature_floor_; }
+    /// Standard deviation of the pick-up in a corrected coupling: root mean square over the nine.
+    [[nodiscard]] Scalar pick_up_sigma() const { return pick_up_.sigma * sensor_.norm() * gain_.cwiseInverse().norm() / 3; }
     /// Then trackers do not judge quadratures.
     void ignore_quadrature() { quadrature_floor_ = 1; }
     [[nodiscard]] const LowBand<Scalar>& low_band() const { return low_band_; }
@@ -110,6 +109,16 @@ public:
     [[nodiscard]] bool corrects_output() const { return !output_linear_.isIdentity(0) || !output_offset_m_.isZero(0); }
 
 private:
+    void correct_coils(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
+        const Vec3<Scalar> cosine = phase_rad_.col(j).unaryExpr([](Scalar phase) { return std::cos(phase); });
+        const Vec3<Scalar> sine = phase_rad_.col(j).unaryExpr([](Scalar phase) { return std::sin(phase); });
+        const Vec3<Scalar> along = cosine.cwiseProduct(in_phase) + sine.cwiseProduct(quadrature);
+        const Vec3<Scalar> across = cosine.cwiseProduct(quadrature) - sine.cwiseProduct(in_phase);
+        in_phase = sensor_ * along / gain_(j);
+        quadrature = sensor_ * across / gain_(j);
+        correct_sigma(j, sigma);
+    }
+
     void correct_sigma(int j, Vec3<Scalar>& sigma) const {
         const Vec3<Scalar> variance = sensor_.cwiseAbs2() * sigma.cwiseAbs2();
         sigma = variance.cwiseSqrt() / std::abs(gain_(j));
@@ -129,6 +138,7 @@ private:
     Vec3<Scalar> output_offset_m_ = Vec3<Scalar>::Zero();
     Scalar misfit_floor_ = 0;
     Scalar quadrature_floor_ = 1;
+    PickUp<Scalar> pick_up_;
     field::InducedDipoles<Scalar> surroundings_;
     [[no_unique_address]] LowBand<Scalar> low_band_;
 };

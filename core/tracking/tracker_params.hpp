@@ -31,8 +31,15 @@ struct CommonParams {
     Scalar quadrature_floor = 1;         // quadrature of clean coils per coupling, relative to k; 1: unknown, it is not judged
     Scalar quadrature_lag_s = Scalar(1e-4);  // quadrature that motion causes, over the rate X'; set_plan() computes it
     Scalar max_deviation_m = Scalar(0.02);   // standard deviation of the position (3D) above which a pose is invalid
+    Scalar pick_up_sigma = 0;                // standard deviation of the calibrated pick-up, coupling units
     Microseconds lost_after{100'000};        // without a valid pose
     Microseconds search_after{1'000'000};    // without a valid pose; then a matrix tracker forgets the last one
+
+    /// Variance of a coupling due to errors of the calibration, coupling units squared. strength: k.
+    [[nodiscard]] Scalar calibration_variance(Scalar strength) const {
+        const Scalar floor = misfit_floor * strength;
+        return floor * floor + pick_up_sigma * pick_up_sigma;
+    }
 };
 
 /// DirectTracker: closed-form maximum-likelihood pose of each complete signal matrix.

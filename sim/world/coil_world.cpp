@@ -239,8 +239,8 @@ Mat3<double> CoilWorld::coupling(const Pose& pose, const FaultEffect& effect) co
     }
     const Mat3<double> field = dipole_field(pose.position_m);
     const Mat3<double> o = geometry::attitude_matrix(pose.q_source_sensor);
-    return params_.coupling_constant_m3 * effect.sensor * params_.sensor_matrix * o * field * params_.source_matrix *
-           effect.source;
+    const Mat3<double> by_field = params_.coupling_constant_m3 * effect.sensor * params_.sensor_matrix * o * field;
+    return (by_field * params_.source_matrix + params_.pick_up) * effect.source;
 }
 
 Mat3<double> CoilWorld::sensor_side(const Pose& pose, const FaultEffect& effect) const {

@@ -25,6 +25,7 @@ struct WorldParams {
     double coil_inductance_h = 300e-6;                      // L/R = 30 us
     Mat3<double> source_matrix = Mat3<double>::Identity();  // G_source: gain mismatch and non-orthogonality, one column per coil
     Mat3<double> sensor_matrix = Mat3<double>::Identity();  // G_sensor: one row per coil
+    Mat3<double> pick_up = Mat3<double>::Zero();            // couplings that do not come from the sensor
     std::array<double, kSensorCoils> channel_gain{1, 1, 1};
     std::array<double, kSensorCoils> channel_phase_rad{0.01, -0.02,
                                                        0.015};  // of the amplifiers, in addition to the coil's 90 degrees

@@ -13,8 +13,8 @@ using Content = CalibrationStore::Content;
 
 calibration::Blob numbered(std::uint8_t n) {
     calibration::Blob blob{};
-    for (std::size_t i = 0; i < blob.size(); ++i) {
-        blob[i] = static_cast<std::uint8_t>(n * 31U + i * 7U);
+    for (std::size_t i = 0; i < calibration::kBlobBytes; ++i) {
+        (void)blob.push_back(static_cast<std::uint8_t>(n * 31U + i * 7U));
     }
     return blob;
 }
@@ -46,6 +46,21 @@ TEST(CalibrationStore, ReadsTheNewestOfMany) {
         EXPECT_EQ(found(storage), numbered(n));
     }
     EXPECT_EQ(storage.operations(), 9 * kOperations);
+}
+
+/// With and without pick-up, in either order: records of an older firmware stay readable.
+TEST(CalibrationStore, KeepsBlobsOfBothLengths) {
+    sim::SimulatedStorage storage(2, CalibrationStore::kRecordBytes);
+    CalibrationStore store(storage);
+    store.open();
+    calibration::Calibration<double> c;
+    for (int n = 0; n < 4; ++n) {
+        c.pick_up.sigma = n % 2 == 0 ? 0 : 1e-6;
+        const calibration::Blob blob = calibration::encode(c);
+        ASSERT_TRUE(store.write(blob).ok());
+        EXPECT_EQ(found(storage), blob) << n;
+        EXPECT_EQ(blob.size(), n % 2 == 0 ? calibration::kBlobBytes : calibration::kMaxBlobBytes);
+    }
 }
 
 TEST(CalibrationStore, KeepsTheOldRecordWhenPowerFails) {

@@ -24,7 +24,8 @@ Mat3<double> random_rotation(std::mt19937_64& random) {
         .toRotationMatrix();
 }
 
-/// Unequal gains; random phases, sensor coil axes and rotation of the source; every third triad has a reversed source coil.
+/// Unequal gains; random pick-up and phases, sensor coil axes and rotation of the source; every third triad has a reversed source
+/// coil.
 Calibration<double> misaligned_calibration(int n, std::mt19937_64& random) {
     Calibration<double> c;
     const Vec3<double> gain(5e-3, 7e-3, n % 3 == 0 ? -9e-3 : 9e-3);
@@ -33,6 +34,10 @@ Calibration<double> misaligned_calibration(int n, std::mt19937_64& random) {
     c.model.source_moment = turn * gain.asDiagonal();
     c.model.sensor_sensitivity = Mat3<double>::Identity() + 0.1 * Mat3<double>(Eigen::Matrix3d::Random());
     c.phase_rad = 0.2 * Mat3<double>(Eigen::Matrix3d::Random());
+    for (PickUp<double>* pick_up : {&c.pick_up, &c.low_band.pick_up}) {
+        pick_up->in_phase = 1e-3 * Mat3<double>(Eigen::Matrix3d::Random());
+        pick_up->quadrature = 1e-3 * Mat3<double>(Eigen::Matrix3d::Random());
+    }
     return c;
 }
 
@@ -50,6 +55,8 @@ TEST(CoilCorrection, MakesMisalignedCoilsIdealAtEveryPose) {
         for (int j = 0; j < 3; ++j) {
             Vec3<double> in_phase = eigen(c.phase_rad.col(j)).array().cos() * eigen(x.col(j)).array();
             Vec3<double> quadrature = eigen(c.phase_rad.col(j)).array().sin() * eigen(x.col(j)).array();
+            in_phase += c.pick_up.in_phase.col(j);
+            quadrature += c.pick_up.quadrature.col(j);
             Vec3<double> sigma = Vec3<double>::Ones();
             columns->correct_column(j, in_phase, quadrature, sigma);
             ideal.col(j) = in_phase;
@@ -73,9 +80,12 @@ TEST(CoilCorrection, LowBandBecomesThatOfTheHighBand) {
         c.low_band.phase_rad = 0.2 * Mat3<double>(Eigen::Matrix3d::Random());
         const auto columns = Correction::ideal_triads(c);
         ASSERT_TRUE(columns.ok()) << columns.status().message();
-        const auto measured = [](const Vec3<double>& coupling, const auto& phase_rad, const auto& correct) {
+        const auto measured = [](const Vec3<double>& coupling, const auto& phase_rad, const PickUp<double>& pick_up, int j,
+                                 const auto& correct) {
             Vec3<double> in_phase = eigen(phase_rad).array().cos() * eigen(coupling).array();
             Vec3<double> quadrature = eigen(phase_rad).array().sin() * eigen(coupling).array();
+            in_phase += pick_up.in_phase.col(j);
+            quadrature += pick_up.quadrature.col(j);
             Vec3<double> sigma = Vec3<double>::Ones();
             correct(in_phase, quadrature, sigma);
             EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm());
@@ -83,10 +93,11 @@ TEST(CoilCorrection, LowBandBecomesThatOfTheHighBand) {
         };
         for (int j = 0; j < 3; ++j) {
             const Vec3<double> coupling = random_vector(random);
-            const Vec3<double> high =
-                measured(coupling, c.phase_rad.col(j), [&](auto&... column) { columns->correct_column(j, column...); });
-            const Vec3<double> low = measured(coupling.cwiseProduct(c.low_band.ratio.col(j)), c.low_band.phase_rad.col(j),
-                                              [&](auto&... column) { columns->correct_low_column(j, column...); });
+            const Vec3<double> high = measured(coupling, c.phase_rad.col(j), c.pick_up, j,
+                                               [&](auto&... column) { columns->correct_column(j, column...); });
+            const Vec3<double> low =
+                measured(coupling.cwiseProduct(c.low_band.ratio.col(j)), c.low_band.phase_rad.col(j), c.low_band.pick_up, j,
+                         [&](auto&... column) { columns->correct_low_column(j, column...); });
             EXPECT_LT((low - high).norm(), 1e-12 * high.norm());
         }
     }

@@ -13,8 +13,11 @@ struct Blocks {
     std::array<double, kMagnetic> magnetic{};
     RigidBlock source{}, fixture{}, jig{};
     std::array<double, kStage> stage{};
+    std::array<double, kPickUp> pick_up{};
 
-    std::vector<double*> all() { return {magnetic.data(), source.data(), fixture.data(), jig.data(), stage.data()}; }
+    std::vector<double*> all() {
+        return {magnetic.data(), source.data(), fixture.data(), jig.data(), stage.data(), pick_up.data()};
+    }
 };
 
 /// Coils 5 % unequal, offsets to 20 mm, octupoles to 300 mm^2, small rotations; `scale` 0 leaves all rotation vectors zero.
@@ -33,6 +36,7 @@ Blocks random_blocks(std::mt19937& random, double scale) {
             (*block)[k] = (k < 3 ? 0.3 : 0.4 * scale) * unit(random);
         }
     }
+    std::generate(b.pick_up.begin(), b.pick_up.end(), [&] { return 3 * unit(random); });
     for (std::size_t k = 0; k < kStage; ++k) {
         b.stage[k] = (k < kStray ? 0.05 : 3) * unit(random);
     }
@@ -54,7 +58,7 @@ void expect_derivatives(Blocks b, bool finite) {
                           Matrix<double, 9, 9>::Identity() + 0.1 * Matrix<double, 9, 9>::Ones(),
                           finite};
     const PoseResidual residual(terms);
-    const std::vector<const ceres::Manifold*> manifolds(5, nullptr);
+    const std::vector<const ceres::Manifold*> manifolds(6, nullptr);
     const ceres::GradientChecker checker(&residual, &manifolds, ceres::NumericDiffOptions());
     ceres::GradientChecker::ProbeResults results;
     std::vector<double*> blocks = b.all();

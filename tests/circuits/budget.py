@@ -29,6 +29,9 @@ EXPANSION_PER_K = 14e-6  # formers of glass-fibre epoxy, diameter
 CABLE_PER_K = 1e-3      # capacitance of the sensor's cable
 COPPER_PER_K = 3.9e-3
 GAIN_STEP = 0.77e-3     # error of one gain step as measured at boot: RMS of 12 simulated converters (circuits/README.md)
+PICK_UP_H = 1e-9        # ground shared by a source coil's current and the output of the first stage: 1 mm of wire
+FIRST_STAGE = 31        # gain
+PICK_UP_LEFT = 0.005    # share that a calibration leaves: its standard deviation in tests/calibration/pick_up_test.cpp is 0.3 %
 USED_STEPS = 6          # between 0.3 and 1.2 m, the ranges of the calibration
 
 
@@ -60,6 +63,7 @@ class Chain:
         self.area = area
         self.gain = {f: results[f"preamplifier.gain_{f}"] for f in (LOW_HZ, 7658, 9572, 10769, 13401)}
         self.noise = {f: results[f"preamplifier.noise_{f}"] for f in self.gain}
+        self.current_a = results["drive.full_s2_a"]
         self.reference_v = results["reference.full_drive_v"]
         self.avdd_v = results["reference.avdd_v"]
         adc_rms = HALF_SUPPLY_V / math.sqrt(2) / 10 ** (ADC_SNR_DB / 20)
@@ -70,6 +74,10 @@ class Chain:
 
     def coil_v(self, range_m, hz):
         return 2 * math.pi * hz * self.field_t(range_m) * self.area
+
+    def pick_up(self, range_m, hz):
+        """Before calibration, relative to the largest coupling."""
+        return 2 * math.pi * hz * PICK_UP_H * self.current_a / (FIRST_STAGE * self.coil_v(range_m, hz))
 
     def nearest_m(self, hz):
         """Range, m, at which the signal at full drive and gain 1 uses the intended part of the converter's range."""
@@ -144,6 +152,7 @@ def of_frame(chain, range_m, mode, coil):
         ("non-linearity of the reference's converter", 0, s.common * raw / reference_lsb / drive if drive < 1 else 0),
         ("gain steps", s.row * left / amplitude, s.row * gain_steps),
         ("crosstalk: reference amplifier through AVDD", s.coupling * crosstalk, None),
+        ("pick-up of 1 nH after its calibration", s.coupling * PICK_UP_LEFT * chain.pick_up(range_m, hz), None),
         ("drift: sense resistors", s.column * SENSE_PER_K * DRIFT_K, None),
         ("drift: preamplifiers' gain", s.row * GAIN_PER_K * DRIFT_K, None),
         ("drift: size of the coils", s.common * 2 * expansion, None),

@@ -313,6 +313,7 @@ def accuracy(results, **overrides):
                        f"budget.noise_{cm}_mm": math.hypot(*(row[1] for row in causes[:budget.NOISES])),
                        f"budget.total_{cm}_mm": budget.total(causes, 1), f"budget.plain_{cm}_mm": budget.total(causes, 2)})
         if cm == 75:
+            result["budget.pick_up_75_percent"] = 100 * chain.pick_up(0.75, 10769)
             for name, corrected, plain in causes:
                 result[f"cause.{name}"], result[f"plain.{name}"] = corrected, plain
     for gain in (1, 2, 4, 8, 16, 32, 64):

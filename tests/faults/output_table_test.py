@@ -57,6 +57,8 @@ ROWS = {
                                "--out": "--calibration coils.toml --out {out} soYoutZup_seYoutZup_table.csv",
                                "--blob": "--calibration coils.toml --out room.toml --blob {out} soYoutZup_seYoutZup_table.csv"},
     "calibrate low-band": {STDOUT: "--calibration coils.toml --out both.toml turned", "--out": "--calibration coils.toml --out {out} turned"},
+    "calibrate pick-up": {STDOUT: "--calibration coils.toml --out quiet.toml dummy", "--out": "--calibration coils.toml --out {out} dummy",
+                          "--blob": "--calibration coils.toml --out quiet.toml --blob {out} dummy"},
     "calibrate pivot": {STDOUT: "pivot1", "--out": "pivot1 --out {out}"},
     "calibrate wiring": {STDOUT: "--at 0.4,0.2,0.1 frames.csv", "--out": "--at 0.4,0.2,0.1 --out {out} frames.csv"},
     "evaluate": {STDOUT: f"--calibration coils.toml {STAGE}", "--out": f"--calibration coils.toml --out {{out}} {STAGE}"},
@@ -119,7 +121,7 @@ class OutputTable(unittest.TestCase):
         cls.examples = examples
         for words in ("run --scenario still --duration 1 --record take", f"calibrate stage {COILS} --out coils.toml --blob coils.bin {STAGE}",
                       "run --scenario table --fidelity columns --couplings soYoutZup_seYoutZup_table.csv",
-                      "run --mux dual-band --duration 10 --record turned", "run --scenario pointer --record pivot1"):
+                      "run --mux dual-band --duration 10 --record turned", "run --scenario dummy --duration 10 --record dummy", "run --scenario pointer --record pivot1"):
             subprocess.run([cls.program, *words.split()], cwd=examples, check=True, capture_output=True)
 
     @classmethod

@@ -1,7 +1,6 @@
 // Random bytes as a calibration: TOML of coils, of a tip or of the wiring, or a blob with a corrected CRC, so that its numbers
 // are read. An accepted calibration can be written and read again.
 #include <cmath>
-#include <cstring>
 
 #include "board/support/calibration_file.hpp"
 #include "board/support/tool_tip.hpp"
@@ -46,15 +45,22 @@ void as_wiring(std::string_view text) {
 void as_blob(std::span<const std::uint8_t> bytes) {
     (void)calibration::decode(bytes);
     calibration::Blob blob{};
-    std::memcpy(blob.data(), bytes.data(), std::min(bytes.size(), blob.size()));
-    const std::size_t end = blob.size() - 4;
-    const std::uint32_t crc = crc32({blob.data(), end});
+    const bool has_pick_up = bytes.size() > 4 && bytes[4] == calibration::kPickUpVersion;
+    const std::size_t end = (has_pick_up ? calibration::kMaxBlobBytes : calibration::kBlobBytes) - 4;
+    for (std::size_t n = 0; n < end; ++n) {
+        (void)blob.push_back(n < bytes.size() ? bytes[n] : 0);
+    }
+    const std::uint32_t crc = crc32(std::span<const std::uint8_t>(blob));
     for (unsigned n = 0; n < 4; ++n) {
-        blob[end + n] = static_cast<std::uint8_t>(crc >> 8 * n);
+        (void)blob.push_back(static_cast<std::uint8_t>(crc >> 8 * n));
     }
     const auto decoded = calibration::decode(blob);
-    if (decoded.ok() && calibration::encode(*decoded) != blob) {
-        std::abort();
+    if (decoded.ok()) {  // the pick-up may have several forms, of which encode() writes one
+        const calibration::Blob again = calibration::encode(*decoded);
+        const auto read = calibration::decode(again);
+        if (!read.ok() || calibration::encode(*read) != again || (!has_pick_up && again != blob)) {
+            std::abort();
+        }
     }
     const auto single = calibration::decode_single(blob);
     if (single.ok() && !single->model.source_moment.allFinite()) {

@@ -67,10 +67,18 @@ auto single(const Dense<Derived>& matrix) {
     return matrix.template cast<float>().template cast<double>();
 }
 
+PickUp<double> some_pick_up() {
+    test::RandomPoses random(43);
+    return {2e-5 * random.gaussian_matrix(), 1e-6 * random.gaussian_matrix(), 3e-7};
+}
+
 TEST(CalibrationBlob, StoresAllNumbersInSinglePrecision) {
-    for (std::size_t dipoles = 0; dipoles <= field::kMaxInducedDipoles; ++dipoles) {
-        const Calibration<double> written = sample_near_metal(dipoles);
+    for (std::size_t n = 0; n <= 2 * field::kMaxInducedDipoles + 1; ++n) {
+        const std::size_t dipoles = n / 2;
+        Calibration<double> written = sample_near_metal(dipoles);
+        written.pick_up = n % 2 == 0 ? PickUp<double>{} : some_pick_up();
         const Blob blob = encode(written);
+        EXPECT_EQ(blob.size(), n % 2 == 0 ? kBlobBytes : kMaxBlobBytes);
         const auto read = decode(blob);
         ASSERT_TRUE(read.ok()) << read.status().message();
         EXPECT_EQ(encode(*read), blob);
@@ -85,6 +93,10 @@ TEST(CalibrationBlob, StoresAllNumbersInSinglePrecision) {
         EXPECT_EQ(read->output_linear, single(written.output_linear));
         EXPECT_EQ(read->output_offset_m, single(written.output_offset_m));
         EXPECT_EQ(read->converters, written.converters);
+        const double unit = std::ldexp(written.pick_up.in_phase.cwiseAbs().maxCoeff(), -14);
+        EXPECT_LE((read->pick_up.in_phase - written.pick_up.in_phase).cwiseAbs().maxCoeff(), unit / 2);
+        EXPECT_LE((read->pick_up.quadrature - written.pick_up.quadrature).cwiseAbs().maxCoeff(), 256 * unit / 2);
+        EXPECT_EQ(read->pick_up.sigma, static_cast<float>(written.pick_up.sigma));
         EXPECT_EQ(read->misfit_floor, static_cast<float>(written.misfit_floor));
         EXPECT_EQ(read->quadrature_floor, static_cast<float>(written.quadrature_floor));
         ASSERT_EQ(read->model.surroundings.size(), dipoles);
@@ -109,9 +121,10 @@ TEST(CalibrationBlob, RefusesFlippedBitsOfSurroundings) {
 }
 
 Blob with_crc(Blob blob) {
-    const std::uint32_t crc = crc32({blob.data(), kBlobBytes - 4});
+    const std::size_t end = blob.size() - 4;
+    const std::uint32_t crc = crc32(std::span(blob).first(end));
     for (std::size_t i = 0; i < 4; ++i) {
-        blob[kBlobBytes - 4 + i] = static_cast<std::uint8_t>(crc >> (8 * i));
+        blob[end + i] = static_cast<std::uint8_t>(crc >> (8 * i));
     }
     return blob;
 }
@@ -147,16 +160,46 @@ TEST(CalibrationBlob, RefusesSurroundingsOutOfRange) {
 TEST(CalibrationBlob, RefusesOtherVersionsLengthsAndErasedFlash) {
     Blob blob = encode(sample());
     for (std::size_t length = 0; length < blob.size(); ++length) {
-        EXPECT_FALSE(decode({blob.data(), length}).ok()) << length;
+        EXPECT_FALSE(decode(std::span(blob).first(length)).ok()) << length;
     }
     std::vector<std::uint8_t> longer(blob.begin(), blob.end());
     longer.push_back(0);
     EXPECT_FALSE(decode(longer).ok());
     EXPECT_FALSE(decode(std::vector<std::uint8_t>(kBlobBytes, 0xFF)).ok());
-    for (const int version : {1, 2, 3, 4, 6}) {
+    for (const int version : {1, 2, 3, 4, 7}) {
         blob[4] = static_cast<std::uint8_t>(version);
         EXPECT_STREQ(decode(with_crc(blob)).status().message(),
                      "calibration of another version; calibrate again with this software");
+    }
+}
+
+/// Software without pick-up knows version 5 only: it refuses this blob, and reads one without pick-up.
+TEST(CalibrationBlob, OnlyABlobWithPickUpHasTheNewVersion) {
+    auto c = sample();
+    EXPECT_EQ(encode(c)[4], kBlobVersion);
+    c.pick_up.sigma = 1e-6;
+    EXPECT_EQ(encode(c)[4], kPickUpVersion);
+    c.pick_up = some_pick_up();
+    Blob blob = encode(c);
+    ASSERT_TRUE(decode(blob).ok());
+    blob[4] = kBlobVersion;
+    EXPECT_STREQ(decode(with_crc(blob)).status().message(), "calibration has a wrong length");
+    for (std::size_t bit = 0; bit < 8 * blob.size(); ++bit) {
+        Blob damaged = encode(c);
+        damaged[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+        EXPECT_FALSE(decode(damaged).ok()) << "bit " << bit;
+    }
+}
+
+TEST(CalibrationBlob, RefusesImpossiblePickUp) {
+    for (const double wrong : {1.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+        auto c = sample();
+        c.pick_up.in_phase(1, 2) = wrong;
+        EXPECT_FALSE(check(c).ok()) << wrong;
+        c = sample();
+        c.pick_up.sigma = wrong;
+        EXPECT_FALSE(check(c).ok()) << wrong;
+        EXPECT_FALSE(decode(encode(c)).ok()) << wrong;
     }
 }
 

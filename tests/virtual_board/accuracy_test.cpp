@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <numbers>
 #include <random>
 
 #include "board/nucleo_g474re/measuring.hpp"
@@ -53,7 +54,7 @@ void add_board(std::uint64_t seed, Multiplexing multiplexing, std::map<int, AtRa
         host::PoseFile file;
         file.path = "rests";
         for (const test::RestFrame& frame : frames[n]) {
-            file.poses.push_back(at(poses[n], frame.x));
+            file.poses.push_back(at(poses[n], frame.x - calibrated.calibration.pick_up.in_phase));
         }
         Vec3<double> mean = Vec3<double>::Zero();
         double squares = 0;
@@ -104,6 +105,63 @@ TEST(Accuracy, StillSensorOfDrawnBoards) {
     const double at_goal_mm = measured[Multiplexing::tdm][kGoalCm].total_mm();
     std::printf("TDM at 0.75 m: %.3f mm from all causes together\n", at_goal_mm);
     EXPECT_LE(at_goal_mm, kGoalMm);
+}
+
+/// Pick-up of this share of the largest coupling at 0.75 m between each source coil and each channel, with random signs.
+Mat3<double> drawn_pick_up(const BoardCircuit& circuit, double share) {
+    std::mt19937_64 random(7);
+    Mat3<double> pick_up;
+    for (Index k = 0; k < 9; ++k) {
+        const double per_ampere = 2e-7 * 2 * std::numbers::pi * 1e4 * circuit.source_m2[static_cast<std::size_t>(k % 3)] *
+                                  circuit.sensor_m2[static_cast<std::size_t>(k / 3)] / std::pow(0.75, 3);
+        pick_up(k / 3, k % 3) = (random() % 2 == 0 ? share : -share) * per_ampere;
+    }
+    return pick_up;
+}
+
+/// The board flags poses if its wiring changed after the calibration, and is accurate after another calibration.
+TEST(Accuracy, PickUpIsCalibratedOrFlagged) {
+    const protocol::ModeRequest mode{240'000, Multiplexing::tdm, true};
+    constexpr std::uint64_t kSeed = 1;
+    BoardCircuit circuit = BoardCircuit::draw(kSeed);
+    const host::CalibrationFile before = calibrate(circuit, mode, kSeed, kCalibrationRests);
+    EXPECT_TRUE(before.calibration.pick_up.is_none());
+    circuit.pick_up = drawn_pick_up(circuit, 4.2e-3);
+    const host::CalibrationFile after = calibrate(circuit, mode, kSeed, kCalibrationRests);
+    std::mt19937_64 random(kSeed + 200);
+    std::vector<sim::Pose> poses;
+    for (int n = 0; n < 6; ++n) {
+        poses.push_back(random_pose(0.75, random));
+    }
+    for (const host::CalibrationFile* calibrated : {&before, &after}) {
+        const calibration::Blob blob = calibration::encode(calibrated->calibration);
+        const auto measured = test::measure(circuit, host::load_scenario("still", 1), mode, poses, &blob);
+        double squares = 0;
+        double frames = 0;
+        double distorted = 0;
+        for (std::size_t n = 0; n < poses.size(); ++n) {
+            host::PoseFile file;
+            file.path = "rests";
+            for (const test::RestFrame& frame : measured.frames[n]) {
+                file.poses.push_back(at(poses[n], frame.x - calibrated->calibration.pick_up.in_phase));
+            }
+            for (const host::EvaluatedPose& e : evaluate(*calibrated, {file}, host::EvaluationSolver::direct)) {
+                squares += 1e6 * e.error_m.squaredNorm() / static_cast<double>(poses.size() * file.poses.size());
+            }
+            for (const protocol::PoseMessage& pose : measured.poses[n]) {
+                distorted += (pose.flags >> static_cast<int>(tracking::PoseFlag::distorted) & 1U) != 0 ? 1 : 0;
+                ++frames;
+            }
+        }
+        std::printf("0.42 %% pick-up at 0.75 m, %s: %.3f mm, %.0f of %.0f poses distorted\n",
+                    calibrated == &before ? "not calibrated" : "calibrated", std::sqrt(squares), distorted, frames);
+        if (calibrated == &before) {
+            EXPECT_GT(distorted, 0.9 * frames);
+        } else {
+            EXPECT_LT(std::sqrt(squares), 0.25);
+            EXPECT_EQ(distorted, 0);
+        }
+    }
 }
 
 /// The firmware's constants, the netlists and the virtual board agree; the nominal board needs no calibration.

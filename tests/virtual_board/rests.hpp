@@ -157,6 +157,7 @@ inline host::CalibrationFile calibrate(const virtual_board::BoardCircuit& circui
         means_of(measure(circuit, host::load_scenario("still", 1), mode, poses, nullptr).frames, poses)};
     host::FitOptions options;
     options.model = host::FitModel::concentric;
+    options.finds_pick_up = true;
     host::ConverterFit converters;
     if (mode.multiplexing == signal::Multiplexing::tdm) {
         converters = fit_converters(files, options);
@@ -166,6 +167,10 @@ inline host::CalibrationFile calibrate(const virtual_board::BoardCircuit& circui
     const host::CalibrationFit& fit = converters.coils;
     host::CalibrationFile calibrated;
     calibrated.calibration.converters = converters.errors;
+    calibrated.calibration.pick_up = {fit.pick_up, Mat3<double>::Zero(), fit.pick_up_sigma};
+    for (host::MeasuredPose& pose : files[0].poses) {
+        pose.x -= fit.pick_up;
+    }
     calibrated.calibration.model = fit.model;
     calibrated.calibration.hemisphere = Vec3<double>::UnitX();
     calibrated.model = "concentric";

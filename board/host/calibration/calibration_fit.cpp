@@ -95,6 +95,10 @@ public:
         for (int round = 0; round < 3 && fits_stage_; ++round) {
             solve(options_.model, loss_m_);
         }
+        fits_pick_up_ = options_.finds_pick_up;
+        for (int round = 0; round < 3 && fits_pick_up_; ++round) {
+            solve(options_.model, loss_m_);
+        }
         return result();
     }
 
@@ -286,11 +290,15 @@ private:
                 auto* cost = new PoseResidual(PoseTerms{pose, source_start_[s], fixtures_.named[m], jig, coupling_constant_,
                                                         weight, model == FitModel::finite});
                 pose_blocks_.push_back(problem_->AddResidualBlock(cost, new ceres::CauchyLoss(loss_m), magnetic_.data(),
-                                                                  source_[s].data(), fixture, jig_.data(), stage_.data()));
+                                                                  source_[s].data(), fixture, jig_.data(), stage_.data(),
+                                                                  pick_up_.data()));
             }
         }
         fix_gauge(model);
         fix_stage(loss_m);
+        if (!fits_pick_up_) {
+            problem_->SetParameterBlockConstant(pick_up_.data());
+        }
         ceres::Solver::Options options = silent_options(ceres::DENSE_NORMAL_CHOLESKY);
         options.function_tolerance = 1e-10;
         options.num_threads = 2;
@@ -358,7 +366,8 @@ private:
         }
     }
 
-    /// Free parameter blocks in the order of the Jacobian's columns: magnetic parameters first. (Ceres' own order is arbitrary.)
+    /// Free parameter blocks in the order of the Jacobian's columns: magnetic parameters first, pick-up last. (Ceres' own order
+    /// is arbitrary.)
     std::vector<double*> free_blocks() {
         std::vector<double*> free{magnetic_.data()};
         const auto add = [&](double* block) {
@@ -371,6 +380,7 @@ private:
         }
         add(jig_.data());
         add(stage_.data());
+        add(pick_up_.data());
         return free;
     }
 
@@ -410,12 +420,14 @@ private:
         }
         fit.stage_turns_left_handed = left_handed_;
         fit.stage_errors = stage_errors_of(stage_.data(), coupling_constant_);
+        fit.pick_up = coupling_constant_ * Mat3<double>(pick_up_.data());
         fit.start_position_rms_m = start_rms_m_;
         fit.coupling_constant = coupling_constant_;
         fit.poses = count_poses(files_);
         residuals_ = residuals_by_file(fit);
         set_residuals(residuals_, options_.model, fit);
         check_parameters(parameter_estimate(), fit);
+        fit.pick_up_sigma *= coupling_constant_;
         check_fixture_names(fixtures_.sensor_names, fit);
         for (std::size_t f = 0; f < files_.size(); ++f) {
             fit.wiring[files_[f].path] = wiring_[f];
@@ -437,7 +449,7 @@ private:
                     continue;
                 }
                 const auto at_pose = current_pose(fixtures_.source_index[f], fixtures_.sensor_index[f], pose);
-                const Mat3<double> x = couplings_at(fit.model, fit.stage_errors, at_pose);
+                const Mat3<double> x = couplings_at(fit.model, fit.stage_errors, at_pose) + fit.pick_up;
                 file.squares += (x - pose.x).squaredNorm() / pose.x.squaredNorm();
                 ++file.used;
             }
@@ -452,6 +464,7 @@ private:
         estimate.residuals = residuals(&sparse);
         estimate.jacobian = dense(sparse);
         estimate.outlier_limit_m = outlier_limit_m(pose_norms());
+        estimate.has_pick_up = fits_pick_up_;
         estimate.magnetic = std::span(magnetic_).first(static_cast<std::size_t>(free_magnetic(options_.model)));
         return estimate;
     }
@@ -469,6 +482,8 @@ private:
     RigidBlock jig_{};
     std::array<double, kStage> stage_{};
     bool fits_stage_ = false;
+    std::array<double, kPickUp> pick_up_{};
+    bool fits_pick_up_ = false;
     double coupling_constant_ = 1;
     double start_rms_m_ = 0;
     double loss_m_ = kFirstLoss_m;
@@ -536,8 +551,26 @@ CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOpti
 }  // namespace
 
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options) {
+    constexpr double kClearly = 0.8;
+    constexpr double kSignificant = 3;
+    constexpr std::size_t kFewest = 18;
     FitsAlone alone;
-    return fit_calibration(files, options, alone);
+    FitOptions plain = options;
+    plain.finds_pick_up = false;
+    CalibrationFit without = fit_calibration(files, plain, alone);
+    if (options.finds_pick_up && without.poses >= kFewest) {
+        FitOptions again = options;
+        again.progress = {};
+        try {
+            CalibrationFit with = fit_calibration(files, again, alone);
+            if (with.residual_rms < kClearly * without.residual_rms &&
+                with.pick_up.norm() > 3 * kSignificant * with.pick_up_sigma) {
+                return with;
+            }
+        } catch (const InputError&) {  // the poses do not determine it
+        }
+    }
+    return without;
 }
 
 }  // namespace tricoil::host

@@ -40,7 +40,8 @@ struct FitOptions {
     FitModel model = FitModel::general;
     FixtureModel fixtures = FixtureModel::free;
     std::optional<StageModel> stage = std::nullopt;  // room for several mountings of the source, else ideal
-    ShowShare progress = {};                         // may be empty
+    bool finds_pick_up = false;
+    ShowShare progress = {};  // may be empty
 };
 
 /// Fitted parameter for output: name with unit, value, standard deviation.
@@ -56,6 +57,8 @@ struct CalibrationFit {
     std::map<std::string, Rigid> mount_sensor;
     bool stage_turns_left_handed = false;
     StageErrors stage_errors;
+    Mat3<double> pick_up = Mat3<double>::Zero();  // in phase with the couplings; zero: not found
+    double pick_up_sigma = 0;                     // standard deviation of each number
     std::vector<FittedParameter> parameters;
     double residual_rms = 0;  // of couplings, relative to the norm of each signal matrix, without outliers
     std::map<std::string, double> residual_rms_by_file;
@@ -75,6 +78,8 @@ struct CalibrationFit {
 /// guess_start, and for unknown fixture names with FixtureModel::named, no convergence, parameters that the poses do not
 /// determine, couplings that the model does not explain, and contradictory files (residuals of one file far above those of the
 /// others).
+///
+/// Pick-up is kept if the couplings unexplained fall by a fifth and it is three times its standard deviation.
 ///
 /// Several mountings of one source (source fixtures) are fitted alone, turned into one frame and fitted together. Of four or
 /// more, one without which the others fit clearly better is left out, with a warning.

@@ -102,7 +102,7 @@ std::vector<Equation> equations_of(std::vector<PoseFile> files, const Calibratio
             }
             const auto at = true_pose(fit.source_stage.at(source_fixture_name(file)), pose,
                                       fit.mount_sensor.at(sensor_fixture_name(file)), fit.stage_errors);
-            const Mat3<double> model = couplings_at(fit.model, fit.stage_errors, at);
+            const Mat3<double> model = couplings_at(fit.model, fit.stage_errors, at) + fit.pick_up;
             const double faintest = kFaintest * pose.x.cwiseAbs().maxCoeff();
             for (Index k = 0; k < 9; ++k) {
                 if (pose.levels->share(k / 3, k % 3) > kFaintest && std::abs(pose.x(k / 3, k % 3)) > faintest) {

@@ -63,14 +63,15 @@ using CoilCorrection = calibration::CoilCorrection<double>;
 /// Corrects all columns.
 void correct_columns(const CoilCorrection& correction, Mat3<double>& in_phase, Mat3<double>& quadrature);
 
+/// Removes the pick-up and the phases of these coils. Rows without quadrature have no phases.
 template <typename Rows>
-void remove_phases_of(Rows& rows, const Mat3<double>& phase_rad) {
-    calibration::Calibration<double> known;
-    known.phase_rad = phase_rad;
-    const CoilCorrection correction = CoilCorrection::phases(known);
+void remove_phases_of(Rows& rows, const calibration::Calibration<double>& coils) {
+    const CoilCorrection correction = CoilCorrection::phases(coils);
     for_each_row(rows, [&](auto& row) {
         if (row.quadrature) {
             correct_columns(correction, row.x, *row.quadrature);
+        } else {
+            row.x -= coils.pick_up.in_phase;
         }
     });
 }
@@ -78,18 +79,20 @@ void remove_phases_of(Rows& rows, const Mat3<double>& phase_rad) {
 /// Removes the phases that the rows have themselves, and returns them.
 template <typename Rows>
 Mat3<double> remove_own_phases(Rows& rows) {
-    const Mat3<double> phase_rad = phases_of(rows);
-    remove_phases_of(rows, phase_rad);
-    return phase_rad;
+    calibration::Calibration<double> own;
+    own.phase_rad = phases_of(rows);
+    remove_phases_of(rows, own);
+    return own.phase_rad;
 }
 
 /// Share of the quadrature in couplings, as a tracker with this correction judges them.
 double quadrature_share(const CoilCorrection& correction, Mat3<double> in_phase, Mat3<double> quadrature);
 
-/// The same for each row, without its phases, which are already removed; empty if the rows have no quadrature.
+/// The same for each row, without its pick-up and phases, which are already removed; empty if the rows have no quadrature.
 template <typename Rows>
 std::vector<double> quadrature_shares(calibration::Calibration<double> known, const Rows& rows) {
     known.phase_rad.setZero();
+    known.pick_up = {};
     const auto ideal = CoilCorrection::ideal_triads(known);
     const CoilCorrection correction = ideal.ok() ? *ideal : CoilCorrection::phases(known);
     std::vector<double> shares;

@@ -18,6 +18,9 @@ constexpr double kLengthUnit_m = 0.1;
 constexpr int kStage = 27;
 constexpr int kTurning = 0, kRoom = 9, kStray = 18;
 
+/// Pick-up (9, column by column), in units of C / m^3.
+constexpr int kPickUp = 9;
+
 /// `c`: coupling constant of the start, factor of the stray field.
 inline StageErrors stage_errors_of(const double* p, double c) {
     using Rows = Matrix<double, 3, 3, Order::by_rows>;

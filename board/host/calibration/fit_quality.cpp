@@ -149,6 +149,7 @@ void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {
         const double unit = unit_of(k);
         fit.parameters.push_back({name_of(k), unit * estimate.magnetic[k], unit * deviation(static_cast<Index>(k))});
     }
+    fit.pick_up_sigma = estimate.has_pick_up ? deviation.tail<kPickUp>().norm() / 3 : 0;
     Index index = 0;
     eigen.vectors.col(0).cwiseAbs().maxCoeff(&index);
     const auto weakest = static_cast<std::size_t>(index);

@@ -39,10 +39,12 @@ struct ParameterEstimate {
     std::vector<double> residuals;     // of the poses, m
     double outlier_limit_m = 0;        // poses with a longer residual are outliers
     std::span<const double> magnetic;  // free magnetic parameters
+    bool has_pick_up = false;          // in the last columns
 };
 
-/// Sets the parameters with their standard deviations and the condition number of the normalised Jacobian. Adds a warning for
-/// parameters that the poses determine weakly. Throws InputError if they do not determine them.
+/// Sets the deviation of the pick-up, in the unit of its parameters, and the parameters with their standard deviations and the
+/// condition number of the normalised Jacobian. Adds a warning for parameters that the poses determine weakly. Throws InputError
+/// if they do not determine them.
 void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit);
 
 /// Adds a warning for each fixture whose rotation relative to the first fixture contradicts their names.

@@ -139,15 +139,17 @@ private:
         RigidBlock no_source{};
         RigidBlock no_jig{};
         std::array<double, kStage> no_stage{};
+        std::array<double, kPickUp> no_pick_up{};
         ceres::Solver::Options options = silent_options(ceres::DENSE_SCHUR, 50);
         options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
         options.linear_solver_ordering->AddElementToGroup(magnetic_.data(), 1);
         for (std::size_t k = 0; k < poses_.size(); ++k) {
             problem.AddResidualBlock(new PoseResidual(terms(k, model == FitModel::finite)), new ceres::CauchyLoss(loss_m),
-                                     magnetic_.data(), no_source.data(), blocks[k].data(), no_jig.data(), no_stage.data());
+                                     magnetic_.data(), no_source.data(), blocks[k].data(), no_jig.data(), no_stage.data(),
+                                     no_pick_up.data());
             options.linear_solver_ordering->AddElementToGroup(blocks[k].data(), 0);
         }
-        for (double* constant : {no_source.data(), no_jig.data(), no_stage.data()}) {
+        for (double* constant : {no_source.data(), no_jig.data(), no_stage.data(), no_pick_up.data()}) {
             problem.SetParameterBlockConstant(constant);
             options.linear_solver_ordering->AddElementToGroup(constant, 1);
         }
@@ -209,8 +211,10 @@ private:
         const RigidBlock pose = rigid_block(poses_[k].position_m);
         const RigidBlock nothing{};
         const std::array<double, kStage> no_stage{};
-        const std::array<const double*, 5> blocks{magnetic_.data(), nothing.data(), pose.data(), nothing.data(), no_stage.data()};
-        std::array<double*, 5> jacobians{result.by_magnetic.data(), nullptr, result.by_pose.data(), nullptr, nullptr};
+        const std::array<double, kPickUp> no_pick_up{};
+        const std::array<const double*, 6> blocks{magnetic_.data(), nothing.data(),  pose.data(),
+                                                  nothing.data(),   no_stage.data(), no_pick_up.data()};
+        std::array<double*, 6> jacobians{result.by_magnetic.data(), nullptr, result.by_pose.data(), nullptr, nullptr, nullptr};
         PoseResidual(terms(k, model_ == FitModel::finite)).Evaluate(blocks.data(), result.residual.data(), jacobians.data());
         return result;
     }

@@ -213,12 +213,16 @@ bool PoseResidual::Evaluate(double const* const* blocks, double* residual, doubl
     const Mat3<double> o = (turned * fixture_rotation * rotation_of(jig + 3) * terms_.jig_start).transpose();
     const auto x =
         coupling_derivatives(model, terms_.coupling_constant, length_of(source) + from_source, o, stage.stray, terms_.finite);
-    copy_rows(terms_.weight * (x.x - terms_.pose.x.reshaped()), residual);
+    const Matrix<double, 9, 1> pick_up(blocks[5]);
+    copy_rows(terms_.weight * (x.x + terms_.coupling_constant * pick_up - terms_.pose.x.reshaped()), residual);
     if (jacobians == nullptr) {
         return true;
     }
     if (jacobians[0] != nullptr) {
         copy_rows(terms_.weight * x.by_magnetic, jacobians[0]);
+    }
+    if (jacobians[5] != nullptr) {
+        copy_rows(terms_.coupling_constant * terms_.weight, jacobians[5]);
     }
     // A small rotation d of the source or a fixture moves the sensor by d x a = -skew(a) d; a: vector from the centre of
     // the rotation to the sensor.

@@ -59,8 +59,9 @@ struct PoseTerms {
     bool finite;                  // the coils have octupoles
 };
 
-/// Weighted coupling residual (model minus measured) of one pose, m. Parameter blocks: magnetic, source, fixture, jig, stage.
-class PoseResidual final : public ceres::SizedCostFunction<9, kMagnetic, kRigid, kRigid, kRigid, kStage> {
+/// Weighted coupling residual (model minus measured) of one pose, m. Parameter blocks: magnetic, source, fixture, jig, stage,
+/// pick-up.
+class PoseResidual final : public ceres::SizedCostFunction<9, kMagnetic, kRigid, kRigid, kRigid, kStage, kPickUp> {
 public:
     explicit PoseResidual(const PoseTerms& terms) : terms_(terms) {}
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "board/host/commands/calibrations.hpp"
@@ -58,7 +59,12 @@ void warn_of_lost_converters(const CalibrationFiles& files, const CalibrationFil
 }
 
 std::string common_text(const Json& result) {
-    const std::string text =
+    std::string text =
+        result.contains("pick_up")
+            ? fill(result["pick_up"],
+                   "  pick-up {share_rms in %:.3f} % +- {sigma in %:.3f} % RMS of k at 0.75 m, removed by trackers\n")
+            : "";
+    text +=
         result.contains("quadrature_floor")
             ? fill(result, "  quadrature of the couplings, expected by trackers: {quadrature_floor in %:.3f} % per coupling\n")
             : "";
@@ -164,10 +170,10 @@ void add_coils(CLI::App* kind, CalibrationFiles& files) {
 }
 
 void add_converters_from(CLI::App* kind, CalibrationFiles& files) {
-    kind->add_option(
-            "--converters-from", files.converters_from,
-            "Calibration with errors of the board's converters, which the new one keeps. Couplings with levels (a11 to a33) are "
-            "corrected, others are taken as corrected by the board")
+    kind->add_option("--converters-from", files.converters_from,
+                     "Calibration with errors of the board's converters, or pick-up, which the new one keeps. Couplings with "
+                     "levels (a11 to a33) are "
+                     "corrected, others are taken as corrected by the board")
         ->type_name(kFileType);
 }
 
@@ -208,15 +214,18 @@ void add_fixture_names(CLI::App* kind, std::vector<std::string>& names) {
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
-signal::ConverterErrors stored_converters(const CalibrationFiles& files) {
+calibration::Calibration<double> stored_board(const CalibrationFiles& files) {
+    calibration::Calibration<double> stored;
     if (files.converters_from.empty()) {
-        return {};
+        return stored;
     }
-    const signal::ConverterErrors stored = read_calibration(files.converters_from).calibration.converters;
-    if (stored == signal::ConverterErrors{}) {
-        throw InputError(files.converters_from +
-                         ": does not contain errors of converters; give the file that tricoil calibrate converters made");
-    }
+    const calibration::Calibration<double> known = read_calibration(files.converters_from).calibration;
+    stored.converters = known.converters;
+    stored.pick_up = known.pick_up;
+    refuse_if(stored.converters == signal::ConverterErrors{} && stored.pick_up.is_none(),
+              "{}: does not contain errors of converters or pick-up; give the file that tricoil calibrate converters or pick-up "
+              "made",
+              files.converters_from);
     return stored;
 }
 
@@ -227,6 +236,10 @@ int run_calibration(const CalibrationFiles& files, const std::function<Calibrati
     const CalibrationFile file = fit(report);
     warn_of_lost_converters(files, file, report);
     write_files(files, file);
+    if (const auto& pick_up = file.calibration.pick_up; !pick_up.is_none()) {
+        const double strength = file.calibration.model.source_moment.norm() / std::sqrt(3.0) / std::pow(0.75, 3);
+        report.json["pick_up"] = {{"share_rms", pick_up.in_phase.norm() / 3 / strength}, {"sigma", pick_up.sigma / strength}};
+    }
     if (file.calibration.quadrature_floor < 1) {
         report.json["quadrature_floor"] = file.calibration.quadrature_floor;
     }
@@ -243,6 +256,7 @@ void add_calibrate_command(CLI::App* sub, Action& action) {
     add_free_motion_calibration(sub, action);
     add_surroundings_calibration(sub, action);
     add_low_band_calibration(sub, action);
+    add_pick_up_calibration(sub, action);
     add_pivot_calibration(sub, action);
     add_wiring_check(sub, action);
 }

@@ -115,20 +115,20 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Calibrat
     check_usage(command);
     Json& result = report.json;
     std::vector<std::string>& warnings = report.warnings;
-    const signal::ConverterErrors stored = stored_converters(command.files);
+    const calibration::Calibration<double> stored = stored_board(command.files);
     CalibrationFile file;
     LevelCount levels;
     const ChannelWiring wiring = read_wiring(command.files.wiring);
     auto couplings = read_all(command.files.data, [&](const std::string& path) {
         std::vector<CouplingFrame> one = read_couplings(path, command.column_skew, wiring);
-        levels += correct_converters(one, stored);
+        levels += correct_board(one, stored);
         if (command.column_skew != 0) {
             one = deskewed(one, command.column_skew, wiring.source);
         }
         remove_left_handed(path, one, warnings);
         return one;
     });
-    refuse_mixed_levels(levels, stored);
+    refuse_mixed_levels(levels, stored.converters);
     file.calibration.phase_rad = remove_own_phases(couplings);
     const std::vector<Mat3<double>> frames = in_phase_of(couplings);
     const SelfCalibration found = self_calibrate(frames);
@@ -160,7 +160,8 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Calibrat
     }
     file.model = command.coupling_constant ? to_string(model) : kFreeMotionModel;
     file.residual_rms = found.misfit_after;
-    file.calibration.converters = stored;
+    file.calibration.converters = stored.converters;
+    file.calibration.pick_up = stored.pick_up;
     file.calibration.model.source_moment = coupling_constant * found.source;
     file.calibration.model.sensor_sensitivity = found.sensor;
     file.calibration.hemisphere = command.hemisphere.value_or(Vec3<double>::Zero()).stableNormalized();

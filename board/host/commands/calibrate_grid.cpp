@@ -34,10 +34,10 @@ std::string grid_text(const Json& r) {
 
 CalibrationFile calibrate_grid(const GridCommand& command, CalibrationReport& report) {
     Json& result = report.json;
-    const signal::ConverterErrors stored = stored_converters(command.files);
+    const calibration::Calibration<double> stored = stored_board(command.files);
     const Vec3<double> hemisphere = command.hemisphere.value_or(Vec3<double>::UnitX());
     auto frames = read_grids(command.files.data, command.nodes, read_wiring(command.files.wiring));
-    const LevelCount levels = correct_converters(frames, stored);
+    const LevelCount levels = correct_board(frames, stored);
     const Mat3<double> phase_rad = remove_own_phases(frames);
     const GridCalibration found = calibrate_on_grid(frames, 1e-3 * command.spacing_mm.value(), hemisphere, command.model);
     result = {{"frames", frames.size()},
@@ -63,7 +63,8 @@ CalibrationFile calibrate_grid(const GridCommand& command, CalibrationReport& re
     file.model = "grid";
     file.residual_rms = found.misfit_after;
     file.calibration.model = found.coils.model;
-    file.calibration.converters = stored;
+    file.calibration.converters = stored.converters;
+    file.calibration.pick_up = stored.pick_up;
     file.calibration.misfit_floor = found.misfit_floor;
     file.calibration.phase_rad = phase_rad;
     file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, frames));

@@ -63,6 +63,7 @@ private:
 
 /// The low columns of a frame follow its high columns.
 void add_recording(const std::string& folder, double frame_s, const Corrections& corrections, Bands& bands) {
+    const calibration::PickUp<double>& low_pick_up = corrections.phases.low_band().pick_up;
     const Microseconds longest_step = microseconds_from_seconds(1.5 * frame_s);
     RecordLines lines(folder, RecordFile::inputs);
     std::array<Column<double>, kSourceCoils> high{};  // the newest of each source coil
@@ -94,7 +95,9 @@ void add_recording(const std::string& folder, double frame_s, const Corrections&
             last[j] = column.midpoint;
             Column<double> corrected = high[j];
             corrections.phases.correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
-            bands.ratio.add(coil, corrected.in_phase, column.in_phase, column.quadrature);
+            Column<double> low = column;
+            low_pick_up.remove(coil, low.in_phase, low.quadrature);
+            bands.ratio.add(coil, corrected.in_phase, low.in_phase, low.quadrature);
         }
     }
 }
@@ -141,7 +144,7 @@ CalibrationFile calibrate_low_band(const LowBandCommand& command, CalibrationRep
     const Mat3<double> sigma = bands.sigma();
     refuse_undetermined(sigma);
     auto& low_band = file.calibration.low_band;
-    low_band = {};
+    low_band = {.pick_up = low_band.pick_up};
     low_band.ratio = bands.ratio();
     if (bands.knows_phases()) {
         low_band.phase_rad = bands.phase_rad();

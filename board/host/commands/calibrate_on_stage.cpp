@@ -77,17 +77,24 @@ std::string stage_text(const Json& r) {
     return text;
 }
 
+/// As it is measured, before the phases are removed: its part across the couplings is not known and taken as zero.
+calibration::PickUp<double> measured_pick_up(const CalibrationFit& fit, const Mat3<double>& phase_rad) {
+    const auto along = [&](double (*part)(double)) { return fit.pick_up.cwiseProduct(phase_rad.unaryExpr(part)); };
+    return {along(std::cos), along(std::sin), fit.pick_up_sigma};
+}
+
 CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationReport& report) {
     Json& result = report.json;
-    const signal::ConverterErrors stored = stored_converters(command.files);
+    const calibration::Calibration<double> stored = stored_board(command.files);
     FitOptions options;
     options.model = command.model;
     options.fixtures = command.fixtures;
+    options.finds_pick_up = stored.pick_up.is_none();
     if (command.stage_option->count() > 0) {
         options.stage = command.stage;
     }
     auto files = read_pose_files(command.files.data, command.fixture_names, read_wiring(command.files.wiring));
-    result["unknown_levels"] = correct_converters(files, stored).unknown;
+    result["unknown_levels"] = correct_board(files, stored).unknown;
     auto measured = files;
     (void)remove_own_phases(files);
     Progress progress("calibrate");
@@ -108,14 +115,16 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     for (const auto& [path, wiring] : fit.wiring) {
         if (wiring.differs()) {
             refuse_if(
-                wiring.transposed && (command.converters || stored != signal::ConverterErrors{}),
+                wiring.transposed && (command.converters || stored.converters != signal::ConverterErrors{}),
                 "{}: couplings transposed; errors of converters need them in the order of the sensor coils: correct the file",
                 path);
             report.warnings.push_back(fmt::format("{}: {}; corrected", path, wiring.text()));
         }
     }
     CalibrationFile file;
-    file.calibration.converters = command.converters ? converters.errors : stored;
+    file.calibration.converters = command.converters ? converters.errors : stored.converters;
+    file.calibration.pick_up = stored.pick_up.is_none() ? measured_pick_up(fit, phase_rad) : stored.pick_up;
+    for_each_row(files, [&](MeasuredPose& pose) { pose.x -= fit.pick_up; });
     file.calibration.model = fit.model;
     file.model = to_string(options.model);
     file.source_stage = fit.source_stage;

@@ -35,19 +35,18 @@ CalibrationFile read_coils(const std::string& path) {
 }
 
 SurroundingsData read_data(const SurroundingsCommand& command, const CalibrationFile& coils, Json& result) {
-    const Mat3<double>& phase_rad = coils.calibration.phase_rad;
     if (command.spacing_mm) {
         check_spacing(1e-3 * *command.spacing_mm);
         const auto& known = coils.calibration.hemisphere;
         auto frames = read_grids(command.files.data, command.nodes, read_wiring(command.files.wiring));
         result["unknown_levels"] = correct_converters(frames, coils.calibration.converters).unknown;
-        remove_phases_of(frames, phase_rad);
+        remove_phases_of(frames, coils.calibration);
         return data_on_grid(coils, frames, 1e-3 * *command.spacing_mm,
                             known.isZero(0) ? command.hemisphere.value_or(Vec3<double>::UnitX()) : known);
     }
     auto files = read_pose_files(command.files.data, {}, read_wiring(command.files.wiring));
     result["unknown_levels"] = correct_converters(files, coils.calibration.converters).unknown;
-    remove_phases_of(files, phase_rad);
+    remove_phases_of(files, coils.calibration);
     return command.refit_fixtures ? data_at_unknown_fixtures(coils, std::move(files))
                                   : data_at_known_fixtures(coils, std::move(files));
 }

@@ -9,6 +9,8 @@
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/converter_errors.hpp"
+#include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/program.hpp"
@@ -25,6 +27,7 @@ void add_grid_calibration(CLI::App* calibrate, Action& action);
 void add_free_motion_calibration(CLI::App* calibrate, Action& action);
 void add_surroundings_calibration(CLI::App* calibrate, Action& action);
 void add_low_band_calibration(CLI::App* calibrate, Action& action);
+void add_pick_up_calibration(CLI::App* calibrate, Action& action);
 void add_pivot_calibration(CLI::App* calibrate, Action& action);
 void add_wiring_check(CLI::App* calibrate, Action& action);
 
@@ -72,8 +75,19 @@ void add_model(CLI::App* kind, FitModel& model);
 /// --fixture FILE=NAME.
 void add_fixture_names(CLI::App* kind, std::vector<std::string>& names);
 
-/// Errors of the converters in --converters-from; ideal without it. Throws InputError if the file has none.
-signal::ConverterErrors stored_converters(const CalibrationFiles& files);
+/// Calibration with the errors of the converters and the pick-up in --converters-from; ideal without it. Throws InputError if the
+/// file has none.
+calibration::Calibration<double> stored_board(const CalibrationFiles& files);
+
+/// Removes stored errors of the board from couplings. Returns the number of rows with and without levels.
+template <typename Rows>
+LevelCount correct_board(Rows& rows, const calibration::Calibration<double>& stored) {
+    const LevelCount levels = correct_converters(rows, stored.converters);
+    calibration::Calibration<double> board;
+    board.pick_up = stored.pick_up;
+    remove_phases_of(rows, board);
+    return levels;
+}
 
 /// Makes the calibration, writes its files when all are complete, and prints the result. Returns the exit code.
 int run_calibration(const CalibrationFiles& files, const std::function<CalibrationFile(CalibrationReport&)>& fit,

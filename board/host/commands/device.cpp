@@ -164,7 +164,7 @@ int fetch_calibration(const DeviceCommand& command) {
 
 int send_calibration(const DeviceCommand& command) {
     std::ifstream file(command.file, std::ios::binary);
-    std::vector<std::uint8_t> blob(calibration::kBlobBytes + 1);  // one byte more, to detect a file that is too long
+    std::vector<std::uint8_t> blob(calibration::kMaxBlobBytes + 1);  // one byte more, to detect a file that is too long
     file.read(reinterpret_cast<char*>(blob.data()), std::ssize(blob));
     blob.resize(static_cast<std::size_t>(file.gcount()));
     refuse_if(blob.empty(), "{}: cannot be read; give a file written by tricoil calibrate with --blob", command.file);

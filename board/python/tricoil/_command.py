@@ -116,7 +116,7 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
 def calibrate(files: Sequence[str | os.PathLike], out: str | os.PathLike, kind: str = "stage", **options: Any) -> dict:
     """Calibrates coils and fixtures from measured couplings, and writes the calibration to the TOML file `out`.
 
-    kind: "stage", "converters", "grid", "free-motion", "surroundings" or "low-band". files: couplings as that kind reads them. options: those
+    kind: "stage", "converters", "grid", "free-motion", "surroundings", "low-band" or "pick-up". files: couplings as that kind reads them. options: those
     of `tricoil calibrate KIND`, for example model="finite", or spacing_mm=50 with a grid. Returns parameters with their standard deviations,
     residuals and warnings.
     """

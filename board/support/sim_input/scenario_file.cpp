@@ -120,6 +120,7 @@ sim::WorldParams read_world(CheckedTable table, std::uint64_t seed) {
     world.mains_hz = table.positive("mains_hz", world.mains_hz);
     world.source_matrix = table.matrix("source_matrix", world.source_matrix);
     world.sensor_matrix = table.matrix("sensor_matrix", world.sensor_matrix);
+    world.pick_up = table.matrix("pick_up", world.pick_up);
     const double bits = table.number("converter_bits", world.converter.bits);
     world.converter.bits = bits >= 1 && bits <= 64 ? static_cast<int>(bits) : 0;
     world.converter.range_v = table.positive("converter_range_v", world.converter.range_v);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/base/time.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking {
 
@@ -73,12 +74,11 @@ private:
     DeviceTime time_{};
 };
 
-/// Variance of a coupling due to errors of the calibrated coils; zero if negligible. misfit_floor: relative to `strength`.
+/// Variance of a coupling due to errors of the calibration; zero if negligible. strength: k.
 template <typename Scalar>
-Scalar floor_variance(Scalar misfit_floor, Scalar strength) {
+Scalar floor_variance(const CommonParams<Scalar>& params, Scalar strength) {
     constexpr Scalar kNegligible = Scalar(1e-5);
-    const Scalar floor = misfit_floor * strength;
-    return misfit_floor > kNegligible ? floor * floor : Scalar(0);
+    return params.misfit_floor > kNegligible || params.pick_up_sigma > 0 ? params.calibration_variance(strength) : Scalar(0);
 }
 
 /// Root mean square of the position error that an error of `sigma` in each coupling causes: the trace of pose_covariance().

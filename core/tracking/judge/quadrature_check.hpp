@@ -22,7 +22,7 @@ public:
             return false;
         }
         const Scalar floor = params.quadrature_floor * strength;
-        const Scalar still = matrix.quadrature_variance + floor * floor;
+        const Scalar still = matrix.quadrature_variance + floor * floor + params.pick_up_sigma * params.pick_up_sigma;
         const Scalar expected = still + motion.quadrature_variance(params.quadrature_lag_s);
         const Scalar squared = matrix.quadrature_squared / 3;  // as the misfit: of three degrees of freedom
         misfit_.add(squared, expected, still, gate(params), matrix.newest);

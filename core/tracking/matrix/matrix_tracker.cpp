@@ -222,9 +222,8 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     const Scalar snr = k / matrix.sigma;
     estimate.position_m = pose.range_m * pose.direction;
     estimate.q_source_sensor = geometry::attitude_quaternion(pose.attitude);
-    const Scalar floor = this->params().misfit_floor * k;
     const Scalar linearization = stepped ? k * linearization_share(pose) : Scalar(0);
-    const Scalar still = matrix.sigma * matrix.sigma + floor * floor;
+    const Scalar still = matrix.sigma * matrix.sigma + this->params().calibration_variance(k);
     const Scalar variance =
         still + column_motion_.error_variance(matrix, this->params().window_s) + linearization * linearization;
     // A step is not a least-squares fit, so its misfit contains some of the pose's noise (simulated: 1.16 times the misfit of a
@@ -295,7 +294,7 @@ void MatrixTracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, St
     errors.skew += error_model::matrix_error<Scalar>(*motion, extrapolation.missing / this->params().coupling_constant);
     const Scalar range_m = estimate.position_m.norm();
     const Scalar k = field::coupling_strength(this->params().coupling_constant, range_m);
-    const Scalar variance = matrix.sigma * matrix.sigma + floor_variance(this->params().misfit_floor, k);
+    const Scalar variance = matrix.sigma * matrix.sigma + floor_variance(this->params(), k);
     estimate.predicted_error = error_model::budget_of<Scalar>(
         errors, solver::pose_covariance<Scalar>(k, range_m, estimate.position_m / range_m, std::sqrt(variance)),
         extrapolation.variance / variance);

@@ -19,9 +19,9 @@ public:
     /// frames: length of the windows.
     explicit BandShare(int frames) : frame_weight_(1.0 / frames) {}
 
-    /// Means over a window, once a frame, in coupling units. variance: of one low coupling. floor: misfit of calibrated coils per
-    /// coupling.
-    void add(const Vec9& low, const Vec9& high, double variance, double floor) {
+    /// Means over a window, once a frame, in coupling units. variance: of one low coupling. floor_variance: misfit of calibrated
+    /// coils per coupling.
+    void add(const Vec9& low, const Vec9& high, double variance, double floor_variance) {
         const double weight = variance > 0 ? frame_weight_ / variance : 0;
         low_high_ = (1 - frame_weight_) * low_high_ + weight * low.dot(high);
         high_high_ = (1 - frame_weight_) * high_high_ + weight * high.squaredNorm();
@@ -29,9 +29,9 @@ public:
         const double unexplained = std::max(rest - 3 * variance, 0.0) / 3;  // shares differ between the couplings
         constexpr double kSignificant = 20;                                 // chi-square of three degrees of freedom
         constexpr double kUnexplained = 0.3;
-        differs_ = rest > kSignificant * (variance + floor * floor) &&
+        differs_ = rest > kSignificant * (variance + floor_variance) &&
                    rest > kUnexplained * kUnexplained * (low.squaredNorm() + high.squaredNorm());
-        by_model_ = (unexplained + 3 * floor * floor) / std::max(high.squaredNorm(), 1e-30);
+        by_model_ = (unexplained + 3 * floor_variance) / std::max(high.squaredNorm(), 1e-30);
     }
 
     [[nodiscard]] double value() const { return (low_high_ + kPrior * kPriorWeight) / (high_high_ + kPriorWeight); }

@@ -106,7 +106,7 @@ void MetalBias::add_low(const ComplexCouplings& couplings, double sigma) {
     window_.add(frame);
     if (window_.has_mean()) {
         const BandComparison now = comparison(0);
-        share_.add(now.low_misfit(), now.high_misfit, now.low_variance, common_.misfit_floor * strength());
+        share_.add(now.low_misfit(), now.high_misfit, now.low_variance, common_.calibration_variance(strength()));
         if (common_.quadrature_floor < 1) {
             ratios_.add(now.misfit, now.high_misfit, noise(now));
             spectrum_ = MetalSpectrum::fit(ratios_.value(), ratios_.variance());
@@ -153,8 +153,7 @@ MetalBias::Extrapolation MetalBias::by_spectrum(const BandComparison& window) co
     constexpr double kHiddenSquare = 4;
     const double left = (window.high_misfit - window.misfit * weights).squaredNorm() / 3;
     // The misfit of the coils is in no signal. Noise changes the ratios and so the weights.
-    const double floor = common_.misfit_floor * strength();
-    const double by_floor_squared = 3 * floor * floor / std::max(misfit_squared, 1e-30);
+    const double by_floor_squared = 3 * common_.calibration_variance(strength()) / std::max(misfit_squared, 1e-30);
     const double by_ratios_squared = weights.cwiseAbs2().dot(ratios_.variance());
     return {weights, variance + kHiddenSquare * left, std::sqrt(by_floor_squared + by_ratios_squared)};
 }

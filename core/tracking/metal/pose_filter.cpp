@@ -9,6 +9,7 @@ namespace {
 
 TrackerParams<double> filter_params(CommonParams<double> common, Microseconds predict_ahead) {
     common.misfit_floor = 0;  // of ideal coils
+    common.pick_up_sigma = 0;
     ScaatParams<double> params;
     params.predict_ahead = predict_ahead;
     return {common, params};

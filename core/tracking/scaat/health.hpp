@@ -96,11 +96,10 @@ private:
     void judge(const SignalMatrix<Scalar>& matrix, const StartPose<Scalar>& pose, const State<Scalar>* beside) {
         const bool moving = beside == nullptr || !motion_.known();  // possibly: the misfit may be due to motion
         const Scalar blur = beside == nullptr ? Scalar(0) : pose.strength * signal_curvature(*beside) * blur_s2(params_.window_s);
-        const Scalar floor = params_.misfit_floor * pose.strength;
         blur_variance_ = blur * blur;
         // Motion from the columns, not from the state: a state that mistakes metal for motion would explain its misfit.
         const Scalar noise = matrix.sigma * matrix.sigma;
-        const Scalar still = noise + floor * floor;
+        const Scalar still = noise + params_.calibration_variance(pose.strength);
         const Scalar moved = motion_.error_variance(matrix, params_.window_s);
         const Scalar variance = still + moved;
         pose_variance_ = variance + pose.misfit_squared / 3;
@@ -147,7 +146,7 @@ private:
     }
 
     /// Variance of a coupling due to errors of the calibrated coils.
-    [[nodiscard]] Scalar floor_variance() const { return tracking::floor_variance(params_.misfit_floor, strength_); }
+    [[nodiscard]] Scalar floor_variance() const { return tracking::floor_variance(params_, strength_); }
 
     const CommonParams<Scalar>& params_;
     const Model& model_;

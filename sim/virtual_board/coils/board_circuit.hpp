@@ -27,6 +27,7 @@ struct BoardCircuit {
     std::array<double, kSourceCoils> sense_ohm{};
     std::array<double, kSensorCoils> sensor_m2{};
     Mat3<double> sensor_axes = Mat3<double>::Identity();   // one row per coil
+    Mat3<double> pick_up = Mat3<double>::Zero();           // at 10 kHz, V at a sensor coil per ampere
     std::array<AnalogChannel, kChannels> channels;         // sensor coils 1-3, reference
     std::array<SensorAmplifier, kSensorCoils> amplifiers;  // on the chip
     std::array<ConverterError, kChannels> converters;

@@ -21,6 +21,7 @@ sim::WorldParams world_of(const sim::WorldParams& scenario, const BoardCircuit& 
     sim::WorldParams world = scenario;
     world.coupling_constant_m3 = kVacuum / (2 * std::numbers::pi) * kReferenceRadS * kUnit_m2 * kUnit_m2;
     world.sensor_matrix = circuit.sensor_axes * world.sensor_matrix;
+    world.pick_up = circuit.pick_up;
     for (int c = 0; c < 3; ++c) {
         world.source_matrix.col(c) *= circuit.source_m2[static_cast<std::size_t>(c)] / kUnit_m2;
         world.sensor_matrix.row(c) *= circuit.sensor_m2[static_cast<std::size_t>(c)] / kUnit_m2;
