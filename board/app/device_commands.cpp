@@ -190,8 +190,8 @@ AckResult TrackerDevice::may_drive() const {
     if (loader_at_) {
         return AckResult::wrong_state;
     }
-    const bool is_healthy =
-        !(faults_.has(protocol::Fault::self_check) || faults_.has(protocol::Fault::clock) || faults_.has(protocol::Fault::stack));
+    const bool is_healthy = !(faults_.has(protocol::Fault::self_check) || faults_.has(protocol::Fault::clock) ||
+                              faults_.has(protocol::Fault::stack) || fault_of_board());
     if (!is_healthy) {
         return AckResult::failed;
     }

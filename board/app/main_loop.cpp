@@ -28,7 +28,7 @@ Status BlockLoop<Chain, Sensors>::start() {
     slot_ = 0;
     blocks_of_slot_ = 0;
     expected_sequence_ = 0;
-    after_gap_ = {};
+    after_gap_.fill(counters_.blocks > 0);
     settling_blocks_ = plan_.is_tdm() ? 0 : sensor_count_;
     const Status status = devices_.sampler.start(plan_);
     if (!status.ok()) {

@@ -21,9 +21,9 @@ public:
     BlockLoop(const Params& params, const Devices& devices);
     ~BlockLoop();
 
-    /// Starts sampling. The first FDM block of each sensor is dropped, because it contains the switching transient; TDM has a
-    /// guard in every slot. Errors: invalid_argument for a number of sensors outside 1 to Sensors, and those of
-    /// CoilSampler::start.
+    /// Starts sampling; after stop() the next columns get the flag `after_gap`. The first FDM block of each sensor is dropped,
+    /// because it contains the switching transient; TDM has a guard in every slot. Errors: invalid_argument for a number of
+    /// sensors outside 1 to Sensors, and those of CoilSampler::start.
     Status start();
 
     /// Processes one block: acquire() then process(). Errors: those of acquire().

@@ -19,7 +19,8 @@ constexpr Microseconds kStatusPause{100'000};
 constexpr Microseconds kReadingPause{1'000'000};
 constexpr std::uint16_t kMinSupply_mv = 3000;  // 3.3 V, and the tolerance of the levels of the analog circuits
 constexpr std::uint16_t kMaxSupply_mv = 3600;
-constexpr std::int16_t kMaxTemperature_cdeg = 10'000;  // 5 degrees below the limit of the junction (DS12288)
+constexpr std::int16_t kMaxProcessor_cdeg = 10'000;    // 5 degrees below the limit of the junction (DS12288)
+constexpr std::int16_t kMaxHeatSink_cdeg = 8'500;      // 14 degrees above that in FDM at an ambient temperature of 40 degrees
 constexpr Microseconds kPauseAfterFailure{1'000'000};  // lets an overloaded power stage cool
 /// A channel that is constant in this many consecutive columns is stuck: noise alone would change it.
 constexpr int kStuckColumns = 6;
@@ -62,13 +63,34 @@ void TrackerDevice::boot() {
     read_monitor();
 }
 
-/// The converter measures coils at other times, so the reading of a running board is that of its start.
+/// Only while the sampler is stopped.
 void TrackerDevice::read_monitor() {
     reading_ = hardware_.monitor.read();
     last_reading_ = now_;
     const bool is_known = reading_.supply_mv != 0;
+    measures_supply_ = measures_supply_ || is_known;
+    const bool is_hot = reading_.processor_cdeg > kMaxProcessor_cdeg || reading_.heat_sink_cdeg > kMaxHeatSink_cdeg;
     faults_.set_to(is_known && (reading_.supply_mv < kMinSupply_mv || reading_.supply_mv > kMaxSupply_mv), Fault::supply);
-    faults_.set_to(is_known && reading_.temperature_cdeg > kMaxTemperature_cdeg, Fault::temperature);
+    faults_.set_to((is_known && is_hot) || hardware_.monitor.stage_is_hot(), Fault::temperature);
+}
+
+/// Fault of the newest reading that forbids to drive coils.
+std::optional<Fault> TrackerDevice::fault_of_board() const {
+    return faults_.has(Fault::supply)                      ? std::optional(Fault::supply)
+           : faults_.has(Fault::temperature)               ? std::optional(Fault::temperature)
+           : (measures_supply_ && reading_.supply_mv == 0) ? std::optional(Fault::converter)
+                                                           : std::nullopt;
+}
+
+/// Idle block: the coils are off while the converter of the reference measures supply and temperatures. False after a fault.
+bool TrackerDevice::pause_for_reading() {
+    loop_->stop();
+    read_monitor();
+    const std::optional<Fault> fault = fault_of_board();
+    if (fault || !loop_->start().ok()) {
+        fail(fault.value_or(Fault::converter));
+    }
+    return is_measuring_;
 }
 
 /// The measurement takes long. After a failure, start commands are therefore refused for some time.
@@ -260,7 +282,7 @@ void TrackerDevice::end() {
 
 void TrackerDevice::fail(Fault fault) {
     end();
-    if (fault == Fault::overcurrent) {
+    if (fault == Fault::overcurrent || fault == Fault::temperature) {
         not_before_ = now_ + kPauseAfterFailure;
     }
     faults_.set(fault);
@@ -282,8 +304,13 @@ Fault TrackerDevice::fault_of(const Status& status) const {
 }
 
 void TrackerDevice::measure() {
+    if (measures_supply_ && now_ - last_reading_ > kReadingPause && !pause_for_reading()) {
+        return;
+    }
     const Status status = loop_->step();
-    if (!status.ok()) {
+    if (hardware_.monitor.stage_is_hot()) {  // first, because its hardware has switched all stages off
+        fail(Fault::temperature);
+    } else if (!status.ok()) {
         fail(fault_of(status));
     } else if (no_reference_) {
         fail(Fault::open_coil);
@@ -345,7 +372,7 @@ void TrackerDevice::report_status() {
         status.dropped += link.dropped();
     }
     status.overruns = sampler_.overruns();
-    status.temperature_cdeg = reading_.temperature_cdeg;
+    status.temperature_cdeg = std::max(reading_.processor_cdeg, reading_.heat_sink_cdeg);
     status.supply_mv = reading_.supply_mv;
     const std::size_t bytes = protocol::encode(status, buffer_);
     for (HostLink& link : links()) {

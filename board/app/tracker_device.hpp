@@ -76,6 +76,8 @@ private:
     void use_calibration();
     void run_self_check();
     void read_monitor();
+    [[nodiscard]] std::optional<protocol::Fault> fault_of_board() const;
+    bool pause_for_reading();
     void report_status();
     [[nodiscard]] bool is_streaming() const;
     [[nodiscard]] const signal::AcquisitionPlan& plan() const { return params_.modes[mode_].plan; }
@@ -122,6 +124,7 @@ private:
     std::uint32_t messages_ = 0;  // other messages sent
     DeviceTime now_{};
     hal::BoardReading reading_;
+    bool measures_supply_ = false;  // a reading has succeeded
     DeviceTime last_reading_{};
     DeviceTime last_status_{};              // time of the last status message
     std::uint32_t last_status_faults_ = 0;  // faults and device state of the last status message

@@ -11,7 +11,8 @@ extern "C" {
     tricoil::board::finish(tricoil::board::run_main());
 }
 
-/// Enables the floating-point unit before its first instruction (CPACR, ARMv7-M B3.2.20).
+/// Enables the floating-point unit before its first instruction (CPACR, ARMv7-M B3.2.20). The first write to a memory may be lost
+/// (ES0430 2.2.7), so it is not that of a return address.
 [[noreturn, gnu::naked]] void reset_handler() {
 #ifdef __ARM_FP
     asm volatile(
@@ -22,6 +23,6 @@ extern "C" {
         "dsb\n"
         "isb\n");
 #endif
-    asm volatile("b start_program\n");
+    asm volatile("push {r0}\n pop {r0}\n b start_program\n");
 }
 }

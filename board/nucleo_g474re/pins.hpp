@@ -33,6 +33,8 @@ constexpr PinName kSensor2Capacitor{'A', 1};   // OPAMP6_VINM0
 constexpr PinName kSensor3{'B', 13};           // OPAMP4_VINP0 -> ADC5_IN5
 constexpr PinName kSensor3Capacitor{'B', 10};  // OPAMP4_VINM0
 constexpr PinName kReference{'A', 0};          // ADC1_IN1: coil current, always at gain one
+constexpr PinName kThermistor{'C', 0};         // ADC1_IN6: heat sink, 10 kOhm to ground and 10 kOhm to AVDD
+constexpr PinName kStagesCool{'C', 1};         // low: a power stage is in thermal shutdown, and all enables are off
 
 constexpr PinName kStatusLed{'C', 10};  // high is on
 constexpr PinName kButton{'C', 13};     // B1, the blue button of the Nucleo: high while it is pressed
@@ -51,6 +53,7 @@ constexpr std::uint8_t kSensor2Opamp = 6;
 constexpr std::uint8_t kSensor3Opamp = 4;
 
 constexpr AdcInput kReferenceInput{1, 1, {1, 5}};
+constexpr std::uint8_t kThermistorInput = 6;  // of ADC1
 /// The DMA channel of the last input has the lowest priority, so the other transfers are complete when its interrupt ends a
 /// block.
 constexpr std::array<AdcInput, 3> kSensorInputs{{{3, 13, {2, 37}}, {4, 17, {3, 38}}, {5, 5, {4, 39}}}};

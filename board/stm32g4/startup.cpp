@@ -93,6 +93,10 @@ static bool is_stack_overflow(std::uint32_t cfsr, std::uint32_t address) {
 /// A loader that starts the program after a firmware update leaves its vectors and clocks set; a reset clears them.
 void before_memory() {
     using namespace tricoil;
+    for (const std::uintptr_t block : {0x2001'4000U, 0x2001'8000U}) {  // the first write to SRAM2 and CCM RAM may be lost
+        auto& word = stm32g4::peripheral<volatile std::uint32_t>(block);
+        word = word;
+    }
     stm32g4::ScbRegisters& scb = stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase);
     const stm32g4::RccRegisters& rcc = stm32g4::peripheral<const stm32g4::RccRegisters>(stm32g4::kRccBase);
     const bool is_fresh = (rcc.CFGR & stm32g4::rcc::CFGR_SWS) == stm32g4::rcc::CFGR_SWS_HSI && scb.VTOR == 0;

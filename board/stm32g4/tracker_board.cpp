@@ -104,6 +104,7 @@ void set_pins() {
         pin(name).make_output();
     }
     pin(kButton).make_input();
+    pin(kStagesCool).make_input();
     auto& power = peripheral<PwrRegisters>(kPwrBase);
     power.CR3 = power.CR3 | pwr::CR3_UCPD1_DBDIS;  // disables the pull-down on PB6
     pin(kSerialTx).make_alternate(kSerialFunction);
@@ -144,7 +145,7 @@ TrackerBoard::TrackerBoard(CoreClock core_clock)
       carriers(carrier_parts(carrier_memory)),
       test_carriers(test_carrier_parts(test_carrier_memory)),
       converters(converter_parts(), clock),
-      monitor(converters, factory_calibration()),
+      monitor(converters, factory_calibration(), kThermistorInput, pin(kStagesCool)),
       acquisition({peripheral<TimRegisters>(kTim6Base),
                    carriers,
                    test_carriers,

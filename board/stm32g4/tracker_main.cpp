@@ -28,6 +28,13 @@ bool take_crystal_failure() {
     return true;
 }
 
+/// A store just before the exception return may start a wrong handler (ES0430 2.1.3, Arm erratum 838869).
+template <typename Unit, typename Action>
+void handle(Unit& unit, Action act) {
+    (unit.*act)();
+    asm volatile("dsb" ::: "memory");
+}
+
 /// Not inlined, so that its stack is free afterwards.
 [[gnu::noinline]] void set_up() {
     board_.emplace(start_core_clock(peripheral<RccRegisters>(kRccBase), peripheral<PwrRegisters>(kPwrBase),
@@ -46,15 +53,16 @@ void nmi_handler() {
     if (take_crystal_failure() || !board_ || !board_->storage.on_ecc_error()) {
         board::halt();
     }
+    asm volatile("dsb" ::: "memory");
 }
 /// Only wakes the processor. A handler of fewer than three instructions may corrupt the result of a division or square root that
 /// it interrupts (ES0430 2.1.2, Arm erratum 776924).
 void tick_handler() { asm volatile("dsb\n nop\n nop"); }
-void over_current_handler() { board_->acquisition.on_over_current(); }
-void block_end_handler() { board_->acquisition.on_block_end(); }
-void serial_handler() { board_->serial.on_interrupt(); }
-void can_handler() { board_->can.on_interrupt(); }
-void usb_handler() { board_->usb.on_interrupt(); }
+void over_current_handler() { handle(board_->acquisition, &Acquisition::on_over_current); }
+void block_end_handler() { handle(board_->acquisition, &Acquisition::on_block_end); }
+void serial_handler() { handle(board_->serial, &UsartPort::on_interrupt); }
+void can_handler() { handle(board_->can, &FdcanPort::on_interrupt); }
+void usb_handler() { handle(board_->usb, &UsbPort::on_interrupt); }
 }
 
 int main() {

@@ -30,15 +30,6 @@ BoardTiming<Scalar> tdm_timing(Scalar slot_s, Scalar window_s, LastState last = 
     return timing;
 }
 
-/// Frequency-division multiplexing: all columns over the same window. Time stamp: middle of the window.
-template <typename Scalar>
-BoardTiming<Scalar> fdm_timing(Scalar frame_s) {
-    BoardTiming<Scalar> timing;
-    timing.update_s = frame_s;
-    timing.window_s = frame_s;
-    return timing;
-}
-
 /// Remark 4: processing time and multiplexing gaps are added to the update time; the paper's formulas then apply.
 template <typename Scalar>
 Scalar effective_update_time(Scalar update_s, Scalar processing_s, Scalar multiplexing_gap_s) {

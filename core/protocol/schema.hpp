@@ -131,7 +131,7 @@ struct Schema<StatusMessage> {
         field(&StatusMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost")),
         field(&StatusMessage::transitions, "transitions", count(WireType::u32, "windows in which the coils changed")),
         field(&StatusMessage::temperature_cdeg, "temperature",
-              info(WireType::i16, 1e-2, "degC", -10000, 20000, "of the power stages; of a tracker board: of its processor")),
+              info(WireType::i16, 1e-2, "degC", -10000, 20000, "of the power stages, or of the processor if hotter")),
         field(&StatusMessage::supply_mv, "supply", info(WireType::u16, 1e-3, "V", "the same; 0: neither is measured"))};
 };
 

@@ -92,10 +92,13 @@ void Converters::configure(const Input& input, int oversampling) const {
                adc::CFGR_OVRMOD_overwrite |
                (watched ? adc::CFGR_AWD1EN | adc::CFGR_AWD1SGL | std::uint32_t{input.channel} << adc::CFGR_AWD1CH_Pos : 0U);
     adc.CFGR2 = adc::CFGR2_ROVSE | adc::CFGR2_TROVS | ratio << adc::CFGR2_OVSR_Pos;
-    const bool upper = input.channel >= kChannelsPerSampleRegister;
-    volatile std::uint32_t& sampling = upper ? adc.SMPR2 : adc.SMPR1;
-    sampling = adc::SMPR_47_5_cycles << (3 * (input.channel - (upper ? kChannelsPerSampleRegister : 0U)));
-    adc.SQR1 = std::uint32_t{input.channel} << adc::SQR1_SQ1_Pos;
+    select(adc, input.channel, adc::SMPR_47_5_cycles);
+}
+
+void Converters::select(AdcRegisters& adc, std::uint8_t channel, std::uint32_t sampling) {
+    const bool upper = channel >= kChannelsPerSampleRegister;
+    (upper ? adc.SMPR2 : adc.SMPR1) = sampling << (3 * (channel - (upper ? kChannelsPerSampleRegister : 0U)));
+    adc.SQR1 = std::uint32_t{channel} << adc::SQR1_SQ1_Pos;
 }
 
 Status Converters::stop() {
@@ -117,15 +120,14 @@ Status Converters::stop() {
 }
 
 /// The first conversion after a pause may be wrong (ES0430 2.7.9), so the second one counts.
-Result<std::uint16_t> Converters::measure_inside(std::uint8_t channel) {
+Result<std::uint16_t> Converters::measure_one(std::uint8_t channel) {
     AdcRegisters& adc = reference();
     if ((adc.CR & adc::CR_ADSTART) != 0) {
         return Status{StatusCode::not_ready, "not possible while the converter takes samples"};
     }
     adc.CFGR = adc::CFGR_JQDIS | adc::CFGR_OVRMOD_overwrite;
     adc.CFGR2 = 0;
-    adc.SMPR2 = adc::SMPR_640_5_cycles << (3 * (channel - kChannelsPerSampleRegister));
-    adc.SQR1 = std::uint32_t{channel} << adc::SQR1_SQ1_Pos;
+    select(adc, channel, adc::SMPR_640_5_cycles);
     std::uint16_t code = 0;
     for (int n = 0; n < 2; ++n) {
         adc.ISR = adc::ISR_EOC | adc::ISR_EOS | adc::ISR_OVR;

@@ -52,8 +52,9 @@ public:
     // Internal inputs of ADC1, the converter of the reference channel (RM0440, "ADC connectivity").
     static constexpr std::uint8_t kThermometer = 16;
     static constexpr std::uint8_t kVoltageReference = 18;
-    /// Code of an internal input. Requires a successful begin(). Errors: not_ready (samples are being taken); timed_out.
-    Result<std::uint16_t> measure_inside(std::uint8_t channel);
+    /// Code of an internal input or a pin of ADC1. Requires a successful begin(). Errors: not_ready (samples are being taken);
+    /// timed_out.
+    Result<std::uint16_t> measure_one(std::uint8_t channel);
 
     /// Call from the interrupt of the DMA channel of sensor coil 3: returns the completed halves of the buffer.
     struct BlockEnd {
@@ -79,6 +80,7 @@ private:
     void pause(Microseconds time) const;
     bool await(const volatile std::uint32_t& target, std::uint32_t mask, std::uint32_t value) const;
     void configure(const Input& input, int oversampling) const;
+    static void select(AdcRegisters& adc, std::uint8_t channel, std::uint32_t sampling);
     [[nodiscard]] AdcRegisters& reference() const { return parts_.inputs[kReferenceChannel].adc; }
 
     Parts parts_;

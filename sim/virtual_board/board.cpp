@@ -1,7 +1,5 @@
 #include "sim/virtual_board/board.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -69,11 +67,7 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
     wire_analog();
     wire_low_power();
     rcc.check_frequency = [this](double hz) { check_frequency(hz); };
-    rcc.check_backup = [this] {
-        if (!pwr.backup_is_writable()) {
-            throw RunFailure("BDCR is written without PWR_CR1.DBP");
-        }
-    };
+    rcc.check_backup = [this] { fail_if(!pwr.backup_is_writable(), "BDCR is written without PWR_CR1.DBP"); };
     rcc.on_peripheral_reset = [this](std::uint32_t enables, unsigned bit) { reset_peripheral(enables, bit); };
     pwr.check_frequency = [this] { check_frequency(rcc.core_hz()); };
     machine.on_reset_request = [this] { restart(std::exchange(cause_, std::nullopt).value_or(ResetCause::software)); };
@@ -96,12 +90,9 @@ void VirtualBoard::check_frequency(double hz) const {
                                                    {26e6, 12e6, "26 MHz in range 2 (PWR_CR1.VOS)"},
                                                    {2e6, 2e6, "2 MHz in low-power run mode (PWR_CR1.LPR)"}}};
     const Limit& limit = kLimits[static_cast<std::size_t>(pwr.range())];
-    if (hz > limit.hz) {
-        throw RunFailure(fmt::format("core clock of {:.0f} MHz is above {}", hz / 1e6, limit.text));
-    }
-    if (hz > limit.hz_per_state * (flash.wait_states() + 1)) {
-        throw RunFailure(fmt::format("{} flash wait states are too few for {:.0f} MHz", flash.wait_states(), hz / 1e6));
-    }
+    fail_if(hz > limit.hz, "core clock of {:.0f} MHz is above {}", hz / 1e6, limit.text);
+    fail_if(hz > limit.hz_per_state * (flash.wait_states() + 1), "{} flash wait states are too few for {:.0f} MHz",
+            flash.wait_states(), hz / 1e6);
 }
 
 void VirtualBoard::power_cycle() {

@@ -65,6 +65,12 @@ public:
 
     /// Temperature of the chip, and supply as its voltage reference shows it; the analog circuits keep their voltages.
     double chip_celsius = 30;
+    double heat_sink_celsius = 30;
+    /// A power stage is in thermal shutdown: the hardware switches all stages off and pulls PC1 low.
+    void set_stage_hot(bool hot) {
+        stage_hot_ = hot;
+        gpio('C').set_outside(kStagesCoolPin, hot ? Gpio::Outside::low : Gpio::Outside::high);
+    }
     double shown_supply_v = CoilBench::kSupplyV;
 
     /// Called with each set of converter results; may be empty.
@@ -93,6 +99,8 @@ public:
     UsbWire usb_wire;
 
 private:
+    static constexpr unsigned kStagesCoolPin = 1;   // all of port C
+    static constexpr unsigned kFirstEnablePin = 6;  // to 8
     static constexpr unsigned kButtonPin = 13;
 
     void attach();
@@ -119,6 +127,8 @@ private:
     [[nodiscard]] double sensor_input_v(unsigned channel, double step_s, double& noise);
     [[nodiscard]] std::uint32_t code_of(unsigned channel);
     [[nodiscard]] std::uint32_t free_converter_code();
+    [[nodiscard]] bool is_enabled(unsigned coil) const { return !stage_hot_ && gpio('C').drives_high(kFirstEnablePin + coil); }
+    [[nodiscard]] double thermistor_share() const;
     [[nodiscard]] double filtered(unsigned channel, double step_s);
     void restart(ResetCause cause);
 
@@ -149,6 +159,7 @@ private:
     bool heartbeat_ = false;
     bool led_ = false;
     bool standby_ = false;
+    bool stage_hot_ = false;
     unsigned led_changes_ = 0;
     std::optional<ResetCause> cause_;  // of the next reset request; empty: software
     unsigned resets_ = 0;

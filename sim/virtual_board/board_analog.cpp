@@ -20,8 +20,9 @@ struct SensorInput {
 constexpr std::array<SensorInput, kSensorCoils> kSensors{{{'B', 0, 3, 13, 3, 1}, {'B', 12, 6, 17, 3, 0}, {'B', 13, 4, 5, 4, 0}}};
 constexpr unsigned kReferencePin = 0;                               // PA0
 constexpr unsigned kReferenceInput = 1;                             // ADC1_IN1
+constexpr unsigned kThermistorPin = 0;                              // PC0
+constexpr unsigned kThermistorInput = 6;                            // ADC1_IN6
 constexpr std::array<unsigned, kSourceCoils> kDrivePins{4, 5, 6};   // port A
-constexpr std::array<unsigned, kSourceCoils> kEnablePins{6, 7, 8};  // port C
 constexpr std::array<unsigned, kChannels> kConverters{3, 4, 5, 1};  // of the channels
 
 constexpr double kCodes = 4096;
@@ -78,7 +79,7 @@ void VirtualBoard::record(std::size_t channel, std::uint32_t result) {
     sample_.gain = static_cast<std::uint8_t>(opamp_.gain(kSensors[0].amplifier));
     sample_.driven = 0;
     for (unsigned j = 0; j < kSourceCoils; ++j) {
-        sample_.driven = static_cast<std::uint8_t>(sample_.driven | flag(gpio('C').drives_high(kEnablePins[j]), j));
+        sample_.driven = static_cast<std::uint8_t>(sample_.driven | flag(is_enabled(j), j));
     }
     on_sample(sample_);
 }
@@ -89,8 +90,14 @@ void VirtualBoard::drive() {
         const auto& [dac, channel] = outputs[j];
         const bool is_connected = dac->is_on(channel) && !dac->is_inside(channel) && gpio('A').is_analog(kDrivePins[j]);
         const double swing = is_connected ? dac->code(channel) / kCodes * CoilBench::kSupplyV - CoilBench::kHalfSupplyV : 0;
-        bench.drive(static_cast<int>(j), swing, gpio('C').drives_high(kEnablePins[j]));
+        bench.drive(static_cast<int>(j), swing, is_enabled(j));
     }
+}
+
+/// Share of the supply at the pin of the heat sink's thermistor: NTC of 10 kOhm and B = 3977 K below 10 kOhm.
+double VirtualBoard::thermistor_share() const {
+    const double ratio = std::exp(3977 * (1 / (heat_sink_celsius + 273.15) - 1 / 298.15));
+    return ratio / (1 + ratio);
 }
 
 /// Output voltage of the on-chip DAC that a sensor channel's op-amp can select as its input.
@@ -166,6 +173,8 @@ std::uint32_t VirtualBoard::code_of(unsigned channel) {
         volts = sensor_input_v(channel, step_s, noise);
     } else if (adc.channel() == kReferenceInput && gpio('A').is_analog(kReferencePin)) {
         volts = filtered(channel, step_s);
+    } else if (adc.channel() == kThermistorInput && gpio('C').is_analog(kThermistorPin)) {
+        volts = thermistor_share() * CoilBench::kSupplyV - CoilBench::kHalfSupplyV;
     }
     last_conversion_[channel] = machine.now();
     const double ideal = (volts + CoilBench::kHalfSupplyV) * kCodes / CoilBench::kSupplyV;

@@ -9,7 +9,7 @@ using Board = VirtualBoard;
 
 constexpr double kNoTime = std::numeric_limits<double>::infinity();
 
-constexpr std::array<BoardFaultKind, 18> kKinds{{
+constexpr std::array<BoardFaultKind, 20> kKinds{{
     {"adc_silent", "adc_silent:N  converter N (1, 3, 4 or 5) never ends a conversion",
      [](Board& b, unsigned n) { b.adc(n).set_stuck(true); }, [](Board& b, unsigned n) { b.adc(n).set_stuck(false); }},
     {"dma_stuck", "dma_stuck  the DMA serves no request: converters overrun, carriers stop",
@@ -40,6 +40,10 @@ constexpr std::array<BoardFaultKind, 18> kKinds{{
     {"option_bytes", "option_bytes:N  the option bytes are N (FLASH_OPTR), for example 0xFFEFF8AA of the factory",
      [](Board& b, unsigned n) { b.flash.set_options(n); }},
     {"chip_temperature", "chip_temperature:N  the chip has N degrees Celsius", [](Board& b, unsigned n) { b.chip_celsius = n; }},
+    {"heat_sink", "heat_sink:N  the heat sink of the power stages has N degrees Celsius",
+     [](Board& b, unsigned n) { b.heat_sink_celsius = n; }},
+    {"hot_stage", "hot_stage  a power stage is in thermal shutdown", [](Board& b, unsigned) { b.set_stage_hot(true); },
+     [](Board& b, unsigned) { b.set_stage_hot(false); }},
     {"supply", "supply:N  the chip's voltage reference shows a supply of N millivolts",
      [](Board& b, unsigned n) { b.shown_supply_v = 1e-3 * n; }},
     {"can_alone", "can_alone  no other node on the CAN bus acknowledges",

@@ -126,6 +126,7 @@ void VirtualBoard::wire_pins() {
         return gpio_[std::min<std::size_t>(port, gpio_.size() - 1)]->level(line);
     };
     press_button(false);
+    set_stage_hot(false);
 }
 
 void VirtualBoard::pin_changed(char port) {

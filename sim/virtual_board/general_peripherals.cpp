@@ -84,10 +84,9 @@ GeneralPeripherals::GeneralPeripherals(Machine& machine, Dma& dma, Rcc& rcc,
     }
     for (const SerialFacts& s : kSerials) {
         const auto check_pins = [&s, is_pin] {
-            if (std::none_of(s.pins.begin(), s.pins.end(), is_pin)) {
-                throw RunFailure(fmt::format("{} sends, but no pin is configured as its TX (for example P{}{} with AF{})", s.name,
-                                             s.pins[0].port, s.pins[0].pin, s.pins[0].function));
-            }
+            fail_if(std::none_of(s.pins.begin(), s.pins.end(), is_pin),
+                    "{} sends, but no pin is configured as its TX (for example P{}{} with AF{})", s.name, s.pins[0].port,
+                    s.pins[0].pin, s.pins[0].function);
         };
         serials_.push_back(
             std::make_unique<Usart>(machine, dma,

@@ -61,6 +61,7 @@ struct BenchParams {
     Microseconds host_silence{250'000};
     hal::ResetReason reset = hal::ResetReason::power_on;
     Mat3<double> source = Mat3<double>::Identity();  // axes of the source coils
+    bool measures_supply = true;                     // which pauses the measurement once a second
 };
 
 /// Board, simulated world and hosts. The world and the flash survive boot().
@@ -80,6 +81,7 @@ struct DeviceBench {
             hosts.push_back(std::make_unique<HostEnd>(device_ends[n]));
         }
         system.set_reset_reason(p.reset);
+        monitor.reading.supply_mv = p.measures_supply ? monitor.reading.supply_mv : std::uint16_t{0};
         boot();
     }
 

@@ -22,10 +22,14 @@ protected:
         ASSERT_EQ(board.device->state(), DeviceState::running);
     }
 
-    /// The fault begins with the next block; after that block the coils must be off.
+    /// The fault begins with the next block; after that block, or the next reading of the supply, the coils must be off.
     void expect_off(Fault fault, double within_s = 1.5 * kBlock_s) {
         const double begin_s = board.clock.elapsed_s();
-        while (board.coils.state() != Excitation::off && board.clock.elapsed_s() < begin_s + 1) {
+        while (board.coils.state() != Excitation::off && board.clock.elapsed_s() < begin_s + 1.5) {
+            if (within_s > 1) {
+                board.host().keep_alive();
+                board.host().listen();
+            }
             board.device->step();
         }
         EXPECT_LT(board.clock.elapsed_s() - begin_s, within_s);
@@ -145,6 +149,48 @@ TEST_F(Faults, HostFallsSilent) {
     EXPECT_EQ(board.device->state(), DeviceState::idle);
     EXPECT_TRUE(board.device->faults().has(Fault::watchdog));
     expect_recovery();
+}
+
+TEST_F(Faults, SupplyOutOfLimits) {
+    board.monitor.reading.supply_mv = 2500;
+    expect_off(Fault::supply, 1.1);
+    board.host().hello();
+    EXPECT_EQ(board.ask(Opcode::start), AckResult::failed);
+    board.monitor.reading.supply_mv = 3300;
+    board.run(1.1);
+    expect_recovery();
+}
+
+TEST_F(Faults, TemperatureOutOfLimits) {
+    for (std::int16_t hal::BoardReading::*const hot : {&hal::BoardReading::processor_cdeg, &hal::BoardReading::heat_sink_cdeg}) {
+        board.monitor.reading.*hot = 12'000;
+        expect_off(Fault::temperature, 1.1);
+        board.monitor.reading.*hot = 3000;
+        board.run(1.1);
+        expect_recovery();
+    }
+}
+
+TEST_F(Faults, StageInThermalShutdown) {
+    board.monitor.is_hot = true;
+    expect_off(Fault::temperature);
+    board.monitor.is_hot = false;
+    board.run(1.1);
+    expect_recovery();
+}
+
+/// The columns after it are flagged; the board tracks on.
+TEST_F(Faults, ReadingOfTheSupplyIsAFlaggedPause) {
+    const std::size_t before = board.host().poses.size();
+    board.run(2.1);
+    const auto poses = std::span(board.host().poses).subspan(before);
+    const auto flagged = std::count_if(poses.begin(), poses.end(), [](const auto& m) { return m.flags == 1U << 13U; });
+    const auto fine = std::count_if(poses.begin(), poses.end(), [](const auto& m) { return m.flags == 0; });
+    EXPECT_GT(flagged, 2);
+    EXPECT_LT(flagged, 60);
+    EXPECT_EQ(flagged + fine, std::ssize(poses));
+    EXPECT_GT(poses.size(), 1500U);
+    EXPECT_EQ(board.device->faults().bits(), 0);
 }
 
 TEST_F(Faults, LinkIsPulledOut) {

@@ -62,7 +62,7 @@ std::vector<protocol::PoseMessage> poses_of_the_loop(double begin_s, std::size_t
 }
 
 TEST(Board, PosesOnAllLinksEqualThoseOfTheMainLoop) {
-    DeviceBench board;
+    DeviceBench board({.measures_supply = false});
     double begun_s = 0;
     board.tampered.started = [&] { begun_s = board.clock.elapsed_s(); };
     board.track(DeviceBench::kLinks);
@@ -141,7 +141,7 @@ TEST(Board, SendsColumnsToAHostThatTracks) {
 }
 
 TEST(Board, SendsColumnsOfBothBandsAndTracksTheHighOne) {
-    DeviceBench board({.scenario = "still"});
+    DeviceBench board({.scenario = "still", .measures_supply = false});
     board.run(0.01);
     board.host().hello();
     for (const bool columns : {true, false}) {

@@ -160,7 +160,8 @@ def enable(**overrides):
     return {"enable.off_v": run["off_v"], "enable.on_v": run["on_v"],
             "enable.on_delay_us": 1e6 * (run["on_at"] - 20e-6), "enable.off_delay_us": 1e6 * (run["off_at"] - 60e-6),
             "heartbeat.trigger_v": run["trigger_v"], "heartbeat.stuck_v": run["stuck_high_v"],
-            "heartbeat.undershoot_v": run["undershoot_v"]}
+            "heartbeat.undershoot_v": run["undershoot_v"],
+            "flag.cool_v": run["cool_v"], "flag.hot_v": run["hot_v"], "flag.delay_ms": 1e3 * (run["hot_at"] - 1e-3)}
 
 
 def _boxcar(hz):

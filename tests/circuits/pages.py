@@ -164,7 +164,7 @@ def wires_to_buy():
 # Parts of the netlists by circuit of the bill of materials: (netlist, parameters)
 PARTS = {"power stage": ("power_stage.cir", "ra rb rf rd rset rsn cblk cb csn cbulk rs"),
          "preamplifier": ("preamplifier.cir", "rg rf r1 r2 r3 r4 c1 c2 c4 rdamp"),
-         "reference": ("reference.cir", "r1 r2 r3 r4 c1 c2 c4 rfeed cfeed"), "enable": ("enable.cir", "re rpull chb rhb rin")}
+         "reference": ("reference.cir", "r1 r2 r3 r4 c1 c2 c4 rfeed cfeed"), "enable": ("enable.cir", "re rpull chb rhb rin rbase rdown rup ccool")}
 
 
 def _value_of_part(file, name):

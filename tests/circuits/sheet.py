@@ -114,6 +114,15 @@ class Sheet:
         self._path(f"M{x + 14} {y - 7} l4 -8 l5 6 z", "d")
         self.text(x + 38, y + 4, words, "t")
 
+    def npn(self, x, y, words):
+        """Base at (x, y), collector at (x + 30, y - 30), emitter at (x + 30, y + 30)."""
+        self.wire((x, y), (x + 14, y))
+        self.wire((x + 14, y - 16), (x + 14, y + 16))
+        self.wire((x + 30, y - 30), (x + 30, y - 20), (x + 14, y - 7))
+        self.wire((x + 14, y + 7), (x + 30, y + 20), (x + 30, y + 30))
+        self._path(f"M{x + 30} {y + 20} l-4 -8 l-5 6 z", "d")
+        self.text(x + 38, y + 4, words, "t")
+
     def gate(self, x, y, words):
         """AND gate; inputs at (x, y -12, y, y + 12), output at (x + 62, y)."""
         self._path(f"M{x} {y - 24} h34 a24 24 0 0 1 0 48 h-34 z", "p")

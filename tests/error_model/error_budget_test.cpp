@@ -201,7 +201,7 @@ TEST(Budget, DirectSolverHasNeitherLinearizationNorFrameError) {
     state.velocity_m_s << 3, 2, 1;
     state.angular_rate_rad_s << 9, 8, 7;
     BudgetParams<double> params;
-    params.timing = fdm_timing(kUpdate);
+    params.timing = {.update_s = kUpdate, .window_s = kUpdate};  // FDM
     const auto budget = error_budget(state, 0.0, params);
     EXPECT_EQ(budget.linearization.position_m, 0);
     EXPECT_EQ(budget.frame_propagation.rotation_rad, 0);
@@ -216,7 +216,7 @@ TEST(Budget, FurtherPassesReduceTheLinearizationError) {
     state.velocity_m_s << 1, 2, -1;
     state.angular_rate_rad_s << 4, -3, 5;
     BudgetParams<double> params;
-    params.timing = fdm_timing(kUpdate);
+    params.timing = {.update_s = kUpdate, .window_s = kUpdate};  // FDM
     for (const SolverForm form : {SolverForm::previous_vectors, SolverForm::previous_angles}) {
         params.solver = form;
         params.passes = 1;
@@ -235,7 +235,7 @@ TEST(Budget, IsNaNOutsideTheStepsDomain) {
     MotionState<double> state;
     state.velocity_m_s << 0, 1'000, 0;
     BudgetParams<double> params;
-    params.timing = fdm_timing(kUpdate);
+    params.timing = {.update_s = kUpdate, .window_s = kUpdate};  // FDM
     params.solver = SolverForm::previous_vectors;
     EXPECT_TRUE(std::isnan(error_budget(state, 1e-3, params).total.position_m));
 }

@@ -173,7 +173,6 @@ TEST(BoardTiming, AgesFollowTheOrderOfTheStates) {
     EXPECT_TRUE(is_approx(tdm_timing(slot, 1e-3, LastState::s3).column_age_s, slot * Vec3<double>(2, 1, 0)));
     EXPECT_TRUE(is_approx(tdm_timing(slot, 1e-3, LastState::s1).column_age_s, slot * Vec3<double>(0, 2, 1)));
     EXPECT_TRUE(is_approx(tdm_timing(slot, 1e-3, LastState::s2).column_age_s, slot * Vec3<double>(1, 0, 2)));
-    EXPECT_TRUE(fdm_timing(1.0 / 240).column_age_s.isZero(0));
 }
 
 /// Remark 4: gaps lengthen the turn per update, and the closed-loop error with its cube.

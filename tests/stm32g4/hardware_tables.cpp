@@ -44,6 +44,8 @@ std::string pins() {
         {kEnable3, "enable of S3's power stage", "GPIO"},
         {kHeartbeat, "heartbeat of the hardware enable", "GPIO"},
         {kReference, "reference: current of all coils, 0.7 V at full drive", "ADC1_IN1"},
+        {kThermistor, "heat sink: NTC to analog ground, 10 kOhm to AVDD", "ADC1_IN6"},
+        {kStagesCool, "low: a power stage is in thermal shutdown", "GPIO"},
         {kSensor1, "sensor coil 1, from its preamplifier", "OPAMP3_VINP0"},
         {kSensor1Capacitor, "1 uF to ground", "OPAMP3_VINM0"},
         {kSensor2, "sensor coil 2", "OPAMP6_VINP0"},

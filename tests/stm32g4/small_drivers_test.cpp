@@ -265,17 +265,22 @@ TEST(SupplyMonitor, UsesTheFactorysCodes) {
     constexpr SupplyMonitor::Factory kFactory{1654, 1038, 1379};  // 1.212 V, 0.76 V, 1.01 V at 3.0 V
     const auto at = [&](double supply_v, double reference_v, double thermometer_v) {
         const auto code = [&](double volts) { return static_cast<int>(volts / supply_v * 4096 + 0.5); };
-        return SupplyMonitor::reading_of(code(reference_v), code(thermometer_v), kFactory);
+        return SupplyMonitor::reading_of(code(reference_v), code(thermometer_v), 2048, kFactory);
     };
     EXPECT_NEAR(at(3.3, 1.212, 0.76).supply_mv, 3300, 3);
-    EXPECT_NEAR(at(3.3, 1.212, 0.76).temperature_cdeg, 3000, 60);
+    EXPECT_NEAR(at(3.3, 1.212, 0.76).processor_cdeg, 3000, 60);
     EXPECT_NEAR(at(2.7, 1.212, 0.6975).supply_mv, 2700, 3);
-    EXPECT_NEAR(at(2.7, 1.212, 0.6975).temperature_cdeg, 500, 60);
-    EXPECT_NEAR(at(3.3, 1.212, 1.01).temperature_cdeg, 13000, 60);
-    EXPECT_NEAR(at(3.3, 1.212, 0.96).temperature_cdeg, 11000, 60);
-    EXPECT_EQ(SupplyMonitor::reading_of(1, 900, kFactory).supply_mv, 0U) << "an implausible supply";
-    EXPECT_EQ(SupplyMonitor::reading_of(0, 900, kFactory).supply_mv, 0U) << "no reading";
-    EXPECT_EQ(SupplyMonitor::reading_of(1500, 900, {1654, 0xFFFF, 0xFFFF}).supply_mv, 0U) << "no calibration";
+    EXPECT_NEAR(at(2.7, 1.212, 0.6975).processor_cdeg, 500, 60);
+    EXPECT_NEAR(at(3.3, 1.212, 1.01).processor_cdeg, 13000, 60);
+    EXPECT_NEAR(at(3.3, 1.212, 0.96).processor_cdeg, 11000, 60);
+    EXPECT_EQ(SupplyMonitor::reading_of(1, 900, 2048, kFactory).supply_mv, 0U) << "an implausible supply";
+    EXPECT_EQ(SupplyMonitor::reading_of(0, 900, 2048, kFactory).supply_mv, 0U) << "no reading";
+    EXPECT_EQ(SupplyMonitor::reading_of(1500, 900, 2048, {1654, 0xFFFF, 0xFFFF}).supply_mv, 0U) << "no calibration";
+    const auto sink = [&](int code) { return SupplyMonitor::reading_of(1500, 900, code, kFactory).heat_sink_cdeg; };
+    EXPECT_NEAR(sink(2048), 2500, 2);
+    EXPECT_NEAR(sink(4096 * 1072 / 11072), 8500, 120) << "R(85) of the data sheet: 1072 ohm";
+    EXPECT_EQ(sink(4095), 20'000) << "a broken wire is not cold";
+    EXPECT_EQ(sink(0), 20'000) << "a short circuit is hot";
 }
 
 TEST_F(ProcessorTest, ReportsClockAndStackFaults) {

@@ -81,7 +81,13 @@ private:
 };
 
 class SimulatedMonitor final : public hal::BoardMonitor {
-    [[nodiscard]] hal::BoardReading do_read() override { return {3300, 2500}; }
+public:
+    hal::BoardReading reading{3300, 2500, 2500};
+    bool is_hot = false;
+
+private:
+    [[nodiscard]] hal::BoardReading do_read() override { return reading; }
+    [[nodiscard]] bool do_stage_is_hot() const override { return is_hot; }
 };
 
 class SimulatedHeartbeat final : public hal::Heartbeat {

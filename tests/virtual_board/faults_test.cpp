@@ -122,6 +122,61 @@ TEST(BoardFaults, OverCurrentAtStartIsReportedAsOverCurrent) {
     EXPECT_FALSE(board.board->bench.any_driven());
 }
 
+TEST(BoardFaults, SupplyOutOfItsLimits) {
+    FaultyBoard board({"supply:2500@0.7"});
+    board.run(1.5);
+    board.expect_off(1.5, bit(Fault::supply));
+    EXPECT_EQ(board.ask(test::on_serial, Opcode::start), AckResult::failed) << "as long as the supply is wrong";
+    board.board->shown_supply_v = 3.3;
+    board.run(1.1);
+    board.expect_tracking();
+}
+
+TEST(BoardFaults, HotProcessor) {
+    FaultyBoard board({"chip_temperature:125@0.7"});
+    board.run(1.5);
+    board.expect_off(1.5, bit(Fault::temperature));
+    EXPECT_NEAR(board.status().temperature_cdeg, 12500, 150) << "shown live";
+}
+
+TEST(BoardFaults, HotHeatSink) {
+    FaultyBoard board({"heat_sink:95@0.7"});
+    board.run(1.5);
+    board.expect_off(1.5, bit(Fault::temperature));
+    EXPECT_NEAR(board.status().temperature_cdeg, 9500, 150) << "shown live";
+    board.board->heat_sink_celsius = 60;
+    board.run(1.1);
+    board.expect_tracking();
+}
+
+TEST(BoardFaults, BrokenWireOfTheThermistor) {
+    FaultyBoard board({});
+    board.board->heat_sink_celsius = -60;
+    board.run(1.5);
+    EXPECT_FALSE(is_on(board));
+    EXPECT_EQ(board.status().faults & ~bit(Fault::calibration), bit(Fault::temperature));
+}
+
+/// The hardware switches the stages off; the firmware reports the reason instead of an open coil.
+TEST(BoardFaults, PowerStageInThermalShutdown) {
+    FaultyBoard board({"hot_stage@0.7-1.2"});
+    board.expect_off(0.1e-3 + 0.5e-3, bit(Fault::temperature));
+    board.run(1.5);
+    board.expect_tracking();
+}
+
+TEST(BoardFaults, ReadingOfTheSupplyFailsWhileMeasuring) {
+    FaultyBoard board({});
+    board.board->shown_supply_v = 7;
+    board.run(1.5);
+    EXPECT_FALSE(is_on(board));
+    EXPECT_EQ(board.status().faults & ~bit(Fault::calibration), bit(Fault::converter));
+    EXPECT_EQ(board.ask(test::on_serial, Opcode::start), AckResult::failed) << "without supervision";
+    board.board->shown_supply_v = 3.3;
+    board.run(1.1);
+    board.expect_tracking();
+}
+
 TEST(BoardFaults, StuckConverterIsReported) {
     FaultyBoard board({}, {"stuck_channel:C2@0.7-1.2"});
     board.expect_off(7 * kBlockS, bit(Fault::converter));  // reported after two repeats per coil

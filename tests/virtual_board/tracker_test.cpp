@@ -292,6 +292,24 @@ TEST(Tracker, PosesDoNotDependOnTheFirstConversionOfAStart) {
 }
 
 /// Runs for TRICOIL_BOARD_S seconds (default 8; long test: 3600).
+TEST(Tracker, TheReadingOfTheSupplyCostsAFrame) {
+    BoardBench bench("still");
+    bench.start({test::on_usb});
+    bench.run(2.5);
+    const auto& poses = bench.host(test::on_usb).poses;
+    ASSERT_GT(poses.size(), 1700U);
+    int gaps = 0;
+    std::uint64_t longest_us = 0;
+    for (std::size_t n = 1; n < poses.size(); ++n) {
+        const std::uint64_t gap_us = poses[n].time_us - poses[n - 1].time_us;
+        gaps += gap_us > 1500 ? 1 : 0;  // a slot takes 1393 us
+        longest_us = std::max(longest_us, gap_us);
+    }
+    std::printf("longest gap %.2f ms\n", 1e-3 * static_cast<double>(longest_us));
+    EXPECT_EQ(gaps, 2) << "once a second";
+    EXPECT_LT(longest_us, 4179) << "a frame";
+}
+
 TEST(Tracker, RunsWithoutLoss) {
     const char* const wanted = std::getenv("TRICOIL_BOARD_S");
     const double duration_s = wanted == nullptr ? 8 : std::stod(wanted);

@@ -1,7 +1,5 @@
 #include "sim/virtual_board/links/can_wire.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,9 +10,8 @@ namespace {
 constexpr double kTolerance = 2e-3;
 
 void check_rate(double hz, double bus_hz, const char* phase) {
-    if (!(std::abs(hz / bus_hz - 1) < kTolerance)) {
-        throw RunFailure(fmt::format("FDCAN's {} phase runs at {:.0f} bit/s, the bus at {:.0f}", phase, hz, bus_hz));
-    }
+    fail_if(!(std::abs(hz / bus_hz - 1) < kTolerance), "FDCAN's {} phase runs at {:.0f} bit/s, the bus at {:.0f}", phase, hz,
+            bus_hz);
 }
 
 /// Arbitration order: a standard frame wins over an extended frame with the same first eleven bits, a data frame over a remote
@@ -52,9 +49,8 @@ void CanWire::babble_with(std::optional<CanFrame> frame) {
 
 void CanWire::check_own(const Fdcan& controller, const CanFrame& frame) const {
     check_timing(controller, frame.fast);
-    if (frame.fast && controller.compensates_delay() && controller.compensation_offset() != controller.data_sample_point()) {
-        throw RunFailure("FDCAN's TDCR.TDCO differs from the sample point of the data phase");
-    }
+    fail_if(frame.fast && controller.compensates_delay() && controller.compensation_offset() != controller.data_sample_point(),
+            "FDCAN's TDCR.TDCO differs from the sample point of the data phase");
 }
 
 void CanWire::arbitrate() {

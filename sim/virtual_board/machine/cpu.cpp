@@ -76,9 +76,8 @@ struct Cpu::Hooks {
     static void data(uc_engine*, uc_mem_type, std::uint64_t address, int bytes, std::int64_t, void* cpu) {
         auto& self = *static_cast<Cpu*>(cpu);
         self.guarded([&] {
-            if (self.control_.traps_unaligned() && address % static_cast<unsigned>(bytes) != 0) {
-                self.fail(fmt::format("unaligned access to {:#010x} with CCR.UNALIGN_TRP", address));
-            }
+            fail_if(self.control_.traps_unaligned() && address % static_cast<unsigned>(bytes) != 0,
+                    "unaligned access to {:#010x} with CCR.UNALIGN_TRP", address);
         });
     }
     static void interrupt(uc_engine*, std::uint32_t number, void* cpu) { static_cast<Cpu*>(cpu)->on_interrupt(number); }
@@ -164,10 +163,9 @@ void Cpu::forget_block(std::uint32_t address) {
 
 void Cpu::check_division(std::uint32_t address, std::uint32_t bytes) {
     const std::uint32_t word = bytes == 4 ? memory_.word(address) : 0;  // SDIV or UDIV, ARMv7-M A7.7
-    if (control_.traps_division() && (word & 0xF0F0FFD0U) == 0xF0F0FB90U &&
-        get(UC_ARM_REG_R0 + static_cast<int>(field(word, 16, 4))) == 0) {
-        fail(fmt::format("division by zero at {:#010x} with CCR.DIV_0_TRP", address));
-    }
+    fail_if(control_.traps_division() && (word & 0xF0F0FFD0U) == 0xF0F0FB90U &&
+                get(UC_ARM_REG_R0 + static_cast<int>(field(word, 16, 4))) == 0,
+            "division by zero at {:#010x} with CCR.DIV_0_TRP", address);
 }
 
 /// Code in RAM: from now on both ranges of addresses are executable. False: the processor faults.
@@ -235,8 +233,6 @@ void Cpu::jump(std::uint32_t address, bool masked) {
     set(UC_ARM_REG_PRIMASK, masked ? 1 : 0);
     set(UC_ARM_REG_PC, address | 1U);
 }
-
-void Cpu::fail(const std::string& reason) { throw RunFailure(reason); }
 
 const BlockFacts& Cpu::facts_at(std::uint32_t address, std::uint32_t bytes) {
     const std::uint32_t offset = address - Memory::kFlashBase;

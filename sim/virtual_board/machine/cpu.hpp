@@ -84,7 +84,6 @@ private:
     void on_block(std::uint32_t address, std::uint32_t bytes);
     void on_interrupt(std::uint32_t number);
     const BlockFacts& facts_at(std::uint32_t address, std::uint32_t bytes);
-    void fail(const std::string& reason);
     void run();
     void add_hook(int type, void* callback);
     void add_traps();

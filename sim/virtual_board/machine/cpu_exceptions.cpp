@@ -1,6 +1,5 @@
 // Exceptions of the processor: stacking, entry, tail chaining, return, and lazy saving of floating-point registers
 // (ARMv7-M B1.5).
-#include <fmt/format.h>
 #include <unicorn/unicorn.h>
 
 #include <array>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "sim/virtual_board/machine/cpu.hpp"
+#include "sim/virtual_board/machine/run_failure.hpp"
 
 namespace tricoil::virtual_board {
 namespace {
@@ -27,9 +27,7 @@ constexpr std::array<int, 6> kFrameRegisters{UC_ARM_REG_R0, UC_ARM_REG_R1,  UC_A
 }  // namespace
 
 void Cpu::use_float(std::uint32_t address) {
-    if (!control_.float_is_on()) {
-        fail(fmt::format("floating-point instruction at {:#010x} before CPACR enables it", address));
-    }
+    fail_if(!control_.float_is_on(), "floating-point instruction at {:#010x} before CPACR enables it", address);
     if (control_.lazy_save_waits()) {
         save_float(control_.lazy_save_address());
         control_.end_lazy_save();
@@ -55,17 +53,14 @@ void Cpu::sync_float_context(bool active) {
 
 void Cpu::store(std::uint32_t address, std::uint32_t word) {
     const auto bytes = memory_.at(address, 4);
-    if (bytes.empty() || address < Memory::kCcmBase || (address >= Memory::kSystemBase && address < Memory::kRamBase)) {
-        fail(fmt::format("stack pointer {:#010x} is outside RAM on entering an exception", address));
-    }
+    fail_if(bytes.empty() || address < Memory::kCcmBase || (address >= Memory::kSystemBase && address < Memory::kRamBase),
+            "stack pointer {:#010x} is outside RAM on entering an exception", address);
     std::memcpy(bytes.data(), &word, sizeof word);
 }
 
 std::uint32_t Cpu::load(std::uint32_t address) {
     const auto bytes = memory_.at(address, 4);
-    if (bytes.empty()) {
-        fail(fmt::format("stack pointer {:#010x} is outside memory on leaving an exception", address));
-    }
+    fail_if(bytes.empty(), "stack pointer {:#010x} is outside memory on leaving an exception", address);
     std::uint32_t word = 0;
     std::memcpy(&word, bytes.data(), sizeof word);
     return word;
@@ -115,9 +110,7 @@ void Cpu::take_fault() {
     const bool is_fetch = fault_->kind == Fault::Kind::fetch;
     const bool forbidden = fault_->kind != Fault::Kind::instruction && control_.mpu().forbids(address, is_fetch);
     failure_.reset();
-    if (nvic_.is_active(kHardFault) || nvic_.is_active(kNmi)) {
-        fail("fault in the handler of a fault: the processor locks up");
-    }
+    fail_if(nvic_.is_active(kHardFault) || nvic_.is_active(kNmi), "fault in the handler of a fault: the processor locks up");
     const std::uint32_t on_data = forbidden ? SystemControl::kForbiddenData : SystemControl::kDataBusError;
     const std::uint32_t on_fetch = forbidden ? SystemControl::kForbiddenFetch : SystemControl::kFetchError;
     const bool undefined = fault_->kind == Fault::Kind::instruction;
@@ -143,16 +136,13 @@ void Cpu::enter(bool tail_chained, std::uint32_t exc_return) {
     sync_float_context(false);
     set(UC_ARM_REG_LR, exc_return);
     const std::uint32_t vector = memory_.word(control_.vector_table() + 4 * static_cast<std::uint32_t>(exception));
-    if ((vector & 1U) == 0 || memory_.at(vector & ~1U, 2).empty()) {
-        fail(fmt::format("exception {} (interrupt {}) has no handler", exception, exception - kFirstInterrupt));
-    }
+    fail_if((vector & 1U) == 0 || memory_.at(vector & ~1U, 2).empty(), "exception {} (interrupt {}) has no handler", exception,
+            exception - kFirstInterrupt);
     set(UC_ARM_REG_PC, vector);
 }
 
 void Cpu::leave(std::uint32_t exc_return) {
-    if (running_ == 0) {
-        fail(fmt::format("exception return {:#010x} outside an exception", exc_return));
-    }
+    fail_if(running_ == 0, "exception return {:#010x} outside an exception", exc_return);
     nvic_.leave(running_);
     if (nvic_.may_take() && nvic_.to_take(masks()) != 0) {
         enter(true, exc_return);
@@ -166,9 +156,8 @@ void Cpu::unstack_frame(std::uint32_t exc_return) {
     const bool to_thread = (exc_return & kToThread) != 0;
     const bool process_stack = (exc_return & kToProcessStack) != 0;
     const bool with_float = (exc_return & kWithoutFloat) == 0;
-    if (to_thread != (nvic_.active_count() == 0) || (process_stack && !to_thread)) {
-        fail(fmt::format("exception return {:#010x} does not match the {} active exceptions", exc_return, nvic_.active_count()));
-    }
+    fail_if(to_thread != (nvic_.active_count() == 0) || (process_stack && !to_thread),
+            "exception return {:#010x} does not match the {} active exceptions", exc_return, nvic_.active_count());
     const std::uint32_t frame = get(process_stack ? UC_ARM_REG_PSP : UC_ARM_REG_MSP);
     for (std::uint32_t n = 0; n < kFrameRegisters.size(); ++n) {
         set(kFrameRegisters[n], load(frame + 4 * n));

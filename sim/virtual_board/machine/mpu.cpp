@@ -1,7 +1,5 @@
 #include "sim/virtual_board/machine/mpu.hpp"
 
-#include <fmt/format.h>
-
 #include "sim/virtual_board/machine/memory.hpp"
 #include "sim/virtual_board/machine/run_failure.hpp"
 
@@ -46,9 +44,8 @@ void Mpu::write(std::uint32_t offset, std::uint32_t value) {
             number_ = value;
             return;
         }
-        if ((value & (kEnable | kDefaultMap)) == kEnable) {
-            throw RunFailure("MPU_CTRL enables a map without PRIVDEFENA, which is not in this model");
-        }
+        fail_if((value & (kEnable | kDefaultMap)) == kEnable,
+                "MPU_CTRL enables a map without PRIVDEFENA, which is not in this model");
         control_ = value;
     } else if (offset >= kBase && (offset - kBase) % 8 == 0) {
         number_ = (value & kRegionIsValid) != 0 ? value & 7U : number_;
@@ -68,10 +65,8 @@ void Mpu::write(std::uint32_t offset, std::uint32_t value) {
 
 void Mpu::check(const Region& region) const {
     const std::uint64_t size = size_of(region);
-    if (size < 1U << (kMinSize + 1) || region.base % size != 0) {
-        throw RunFailure(fmt::format(
-            "MPU region at {:#010x} of {} bytes: at least 32 bytes, and the address a multiple of the size", region.base, size));
-    }
+    fail_if(size < 1U << (kMinSize + 1) || region.base % size != 0,
+            "MPU region at {:#010x} of {} bytes: at least 32 bytes, and the address a multiple of the size", region.base, size);
     const std::uint32_t access = (region.attributes & kAccess) >> 24U;
     const bool has_memory = overlaps(region.base, size, 0, Memory::kBankBytes) ||
                             overlaps(region.base, size, Memory::kFlashBase, 2 * Memory::kBankBytes) ||
@@ -81,9 +76,8 @@ void Mpu::check(const Region& region) const {
     const bool is_ram = Memory::is_ram(region.base) && Memory::is_ram(static_cast<std::uint32_t>(region.base + size - 1));
     const bool forbids_code_only =
         access >= 1 && access <= 3 && (is_ram || region.base >= kPeripherals || (region.attributes & kNoExecute) == 0);
-    if (has_memory && !forbids_code_only) {
-        throw RunFailure(fmt::format("MPU region at {:#010x} forbids access to memory, which is not in this model", region.base));
-    }
+    fail_if(has_memory && !forbids_code_only, "MPU region at {:#010x} forbids access to memory, which is not in this model",
+            region.base);
 }
 
 bool Mpu::forbids(std::uint32_t address, bool is_fetch) const {

@@ -107,9 +107,7 @@ void Nvic::enter(int exception) {
 
 void Nvic::leave(int exception) {
     State& s = state(exception);
-    if (!s.active) {
-        throw RunFailure("return from an exception that is not active");
-    }
+    fail_if(!s.active, "return from an exception that is not active");
     s.active = false;
     --active_count_;
     changed();
@@ -190,9 +188,7 @@ void Nvic::write(std::uint32_t offset, std::uint32_t value) {
 void Nvic::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
     for (unsigned byte = 0; byte < bytes; ++byte) {
         const std::uint32_t at = offset + byte - kPriority;
-        if (offset < kPriority || at >= kInterrupts) {
-            throw RunFailure("no such register");
-        }
+        fail_if(offset < kPriority || at >= kInterrupts, "no such register");
         set_priority(kFirstInterrupt + static_cast<int>(at), static_cast<std::uint8_t>(value >> 8U * byte));
     }
 }

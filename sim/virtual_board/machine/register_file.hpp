@@ -27,9 +27,7 @@ public:
     RegisterFile& operator=(const RegisterFile&) = delete;
 
     std::uint32_t& at(std::uint32_t offset) {
-        if (!has(offset)) {
-            throw RunFailure("no such register in this model");
-        }
+        fail_if(!has(offset), "no such register in this model");
         return values_[offset / 4];
     }
     /// Call before each write. Throws RunFailure with register and bit if a bit that is not modelled leaves its reset value.

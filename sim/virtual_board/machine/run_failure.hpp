@@ -1,6 +1,8 @@
 // End of a run: the firmware caused a hardware fault or used something outside this model.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 
 namespace tricoil::virtual_board {
@@ -10,5 +12,15 @@ class RunFailure : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
+
+inline void fail_if(bool is_wrong, const char* reason) {
+    if (is_wrong) {
+        throw RunFailure(reason);
+    }
+}
+template <typename... Values>
+void fail_if(bool is_wrong, fmt::format_string<const Values&...> reason, const Values&... values) {
+    fail_if(is_wrong, is_wrong ? fmt::format(reason, values...).c_str() : "");
+}
 
 }  // namespace tricoil::virtual_board

@@ -134,9 +134,7 @@ void SystemControl::write(std::uint32_t offset, std::uint32_t value) {
             control_interrupts(value);
             break;
         case kAircr:
-            if (value >> 16U != 0x05FA) {
-                throw RunFailure("AIRCR is written without its key");
-            }
+            fail_if(value >> 16U != 0x05FA, "AIRCR is written without its key");
             nvic_.set_group(value >> 8U & 7U);
             if ((value & kSystemResetRequest) != 0) {
                 request_reset_();
@@ -169,9 +167,7 @@ void SystemControl::write(std::uint32_t offset, std::uint32_t value) {
 void SystemControl::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
     for (unsigned byte = 0; byte < bytes; ++byte) {
         const std::uint32_t at = offset + byte - kPriorities;
-        if (offset < kPriorities || at >= kPriorityBytes) {
-            throw RunFailure("byte write to a 4-byte register");
-        }
+        fail_if(offset < kPriorities || at >= kPriorityBytes, "byte write to a 4-byte register");
         nvic_.set_priority(static_cast<int>(4 + at), static_cast<std::uint8_t>(value >> 8U * byte));
     }
 }

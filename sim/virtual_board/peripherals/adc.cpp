@@ -132,12 +132,8 @@ void Adc::trigger(unsigned source) {
     if (!runs() || is_by_software() || field(cfgr, 5, 5) != source) {
         return;
     }
-    if (field(cfgr, 10, 2) == 2) {
-        throw RunFailure("conversions on the falling edge of a trigger are not in this model");
-    }
-    if (finished_.is_due()) {
-        throw RunFailure("a conversion lasts longer than the time between two triggers");
-    }
+    fail_if(field(cfgr, 10, 2) == 2, "conversions on the falling edge of a trigger are not in this model");
+    fail_if(finished_.is_due(), "a conversion lasts longer than the time between two triggers");
     convert();
 }
 
@@ -203,9 +199,7 @@ void Adc::store_result(std::uint32_t result) {
         registers_.at(adc::kDr) = result;
     }
     flags_ |= 1U << adc::kEndOfConversion;
-    if (on_result) {
-        on_result(result);
-    }
+    on_result(result);
     if (is_set(cfgr, adc::kDma) &&
         !is_set(flags_, adc::kOverrun)) {  // after an overrun there are no more requests until the flag is cleared
         waits_ = !dma_.request(params_.request);
@@ -262,32 +256,25 @@ void Adc::power(std::uint32_t value) {
 }
 
 void Adc::calibrate() {
-    if (!is_powered() || is_set(control_, adc::kEnable)) {
-        throw RunFailure("calibration requires the regulator to be on and the converter to be disabled");
-    }
-    if (machine_.now() < *regulated_from_) {
-        throw RunFailure("calibration starts before the regulator is ready");
-    }
+    fail_if(!is_powered() || is_set(control_, adc::kEnable),
+            "calibration requires the regulator to be on and the converter to be disabled");
+    fail_if(machine_.now() < *regulated_from_, "calibration starts before the regulator is ready");
     control_ |= 1U << adc::kCalibrate;
     calibrated_.in(adc::kCalibrationCycles * common_.clock());
 }
 
 void Adc::enable() {
-    if (!is_powered() || is_set(control_, adc::kCalibrate)) {
-        throw RunFailure("converter is enabled without its regulator, or during calibration");
-    }
-    if (static_cast<double>(kTicksPerSecond) > adc::kMaxHz * static_cast<double>(common_.clock())) {
-        throw RunFailure("the converter clock is above 60 MHz");
-    }
+    fail_if(!is_powered() || is_set(control_, adc::kCalibrate),
+            "converter is enabled without its regulator, or during calibration");
+    fail_if(static_cast<double>(kTicksPerSecond) > adc::kMaxHz * static_cast<double>(common_.clock()),
+            "the converter clock is above 60 MHz");
     control_ |= 1U << adc::kEnable;
     is_ready_ = false;
     ready_.in(ticks(adc::kReadyS));
 }
 
 void Adc::start() {
-    if (!is_set(control_, adc::kEnable) || !is_ready_) {
-        throw RunFailure("conversion starts before ADRDY");
-    }
+    fail_if(!is_set(control_, adc::kEnable) || !is_ready_, "conversion starts before ADRDY");
     if (runs()) {
         return;
     }
@@ -318,9 +305,7 @@ void Adc::control(std::uint32_t value) {
         enable();
     }
     if (is_set(value, adc::kDisable)) {
-        if (runs()) {
-            throw RunFailure("the converter is disabled (ADDIS) while it converts; stop it with ADSTP first");
-        }
+        fail_if(runs(), "the converter is disabled (ADDIS) while it converts; stop it with ADSTP first");
         control_ &= ~(1U << adc::kEnable);
         is_ready_ = false;
         ready_.cancel();
@@ -351,9 +336,7 @@ std::uint32_t Adc::read(std::uint32_t offset) {
 
 void Adc::apply(std::uint32_t offset, std::uint32_t value) {
     const bool set_up = offset != adc::kIsr && offset != adc::kIer && offset != adc::kCr && offset != adc::kTr1;
-    if (set_up && runs()) {
-        throw RunFailure("register is written while conversions run");
-    }
+    fail_if(set_up && runs(), "register is written while conversions run");
     switch (offset) {
         case adc::kIsr:
             flags_ &= ~value;

@@ -27,7 +27,7 @@ public:
     /// Code, 0 to 4095, of the voltage that was held at this time; set by the board.
     std::function<std::uint32_t(Ticks held)> sample;
     /// Called with each result written to DR; may be empty.
-    std::function<void(std::uint32_t)> on_result;
+    std::function<void(std::uint32_t)> on_result = [](std::uint32_t) {};
 
     /// Error of the first conversion after ADSTP, or after more than 1 ms without conversion or calibration (ES0430 2.7.9,
     /// 2.7.10). The errata give no magnitude; by default a quarter of the range.

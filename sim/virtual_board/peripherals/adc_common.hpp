@@ -25,9 +25,7 @@ public:
         }
         constexpr std::array<unsigned, 16> kDividers{1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256, 256, 256, 256, 256};
         const Ticks cycle = asynchronous_();
-        if (cycle == 0) {
-            throw RunFailure("the converters have no clock: set CKMODE here, or select a clock in RCC CCIPR");
-        }
+        fail_if(cycle == 0, "the converters have no clock: set CKMODE here, or select a clock in RCC CCIPR");
         return cycle * kDividers[field(registers_[kCcr], 18, 4)];
     }
     // Internal inputs.

@@ -140,9 +140,8 @@ void Dac::apply(std::uint32_t offset, std::uint32_t value) {
             }
             break;
         case dac::kCr:
-            if ((value & 0x00010001U) != 0 && core_hz_() > dac::kFastBusHz && field(registers_[dac::kMcr], 14, 2) != 2) {
-                throw RunFailure("MCR.HFSEL must be 2 with a bus above 160 MHz");
-            }
+            fail_if((value & 0x00010001U) != 0 && core_hz_() > dac::kFastBusHz && field(registers_[dac::kMcr], 14, 2) != 2,
+                    "MCR.HFSEL must be 2 with a bus above 160 MHz");
             registers_.at(dac::kCr) = value;
             break;
         default:

@@ -1,7 +1,5 @@
 #include "sim/virtual_board/peripherals/dma.hpp"
 
-#include <fmt/format.h>
-
 #include <cstring>
 
 namespace tricoil::virtual_board {
@@ -39,9 +37,7 @@ constexpr std::array<Register, 3> kRoutes{{kRoute, {kStatus, 0, "CSR", 0, ""}, {
 namespace {
 
 unsigned bytes(std::uint32_t size) {
-    if (size > 2) {
-        throw RunFailure("CCR: PSIZE or MSIZE is reserved");
-    }
+    fail_if(size > 2, "CCR: PSIZE or MSIZE is reserved");
     return 1U << size;
 }
 
@@ -70,9 +66,7 @@ std::uint32_t Dma::Multiplexer::read(std::uint32_t offset) {
     if (offset == dma::kStatus || offset == dma::kClearFlags) {
         return 0;
     }
-    if (offset >= 4 * requests.size()) {
-        throw RunFailure("request generators are not in this model");
-    }
+    fail_if(offset >= 4 * requests.size(), "request generators are not in this model");
     return requests[offset / 4];
 }
 
@@ -80,9 +74,7 @@ void Dma::Multiplexer::write(std::uint32_t offset, std::uint32_t value) {
     if (offset == dma::kClearFlags) {
         return;  // of synchronisation overruns, which do not occur
     }
-    if (offset >= 4 * requests.size()) {
-        throw RunFailure("request generators are not in this model");
-    }
+    fail_if(offset >= 4 * requests.size(), "request generators are not in this model");
     dma::kRoute.check(value);
     requests[offset / 4] = value;
 }
@@ -112,9 +104,7 @@ void Dma::Controller::store(std::uint32_t address, std::uint32_t value, unsigned
         dma_.machine_.bus.write(address, value, bytes);
         return;
     }
-    if (!Memory::is_ram(address)) {
-        throw RunFailure(fmt::format("DMA writes to {:#010x}, which is flash or ROM", address));
-    }
+    fail_if(!Memory::is_ram(address), "DMA writes to {:#010x}, which is flash or ROM", address);
     std::memcpy(host.data(), &value, bytes);
 }
 
@@ -150,9 +140,7 @@ void Dma::Controller::enable(unsigned channel) {
     Channel& c = channels_[channel];
     c.at = 0;
     if (is_set(c.control, dma::kMemoryToMemory)) {
-        if (is_set(c.control, dma::kCircular)) {
-            throw RunFailure("CCR: CIRC and MEM2MEM exclude each other");
-        }
+        fail_if(is_set(c.control, dma::kCircular), "CCR: CIRC and MEM2MEM exclude each other");
         while (c.left > 0) {
             move(channel);
         }
@@ -169,9 +157,7 @@ void Dma::Controller::show_interrupt(unsigned channel) {
 
 std::uint32_t& Dma::Controller::word(std::uint32_t offset) {
     const std::uint32_t n = (offset - dma::kFirst) / dma::kStep;
-    if (offset < dma::kFirst || n >= kChannels) {
-        throw RunFailure("no such register");
-    }
+    fail_if(offset < dma::kFirst || n >= kChannels, "no such register");
     Channel& c = channels_[n];
     switch ((offset - dma::kFirst) % dma::kStep) {
         case 0:
@@ -205,9 +191,7 @@ void Dma::Controller::write(std::uint32_t offset, std::uint32_t value) {
     Channel& c = channels_[n];
     const bool is_control = &target == &c.control;
     const bool was_enabled = is_set(c.control, dma::kEnable);
-    if (!is_control && was_enabled) {
-        throw RunFailure(fmt::format("channel {} is configured while it is enabled", n + 1));
-    }
+    fail_if(!is_control && was_enabled, "channel {} is configured while it is enabled", n + 1);
     if (is_control) {
         dma::kControl.check(value);
     }

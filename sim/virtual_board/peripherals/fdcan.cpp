@@ -91,15 +91,12 @@ void Fdcan::control(std::uint32_t value) {
         next &= ~(1U << kChange);
     }
     constexpr std::uint32_t kAlways = 1U << kInit | 1U << kChange | 1U << 3U | 1U << 4U;
-    if (!open && ((before ^ next) & ~kAlways & 0xFFFFU) != 0 && is_set(value, kInit)) {
-        throw RunFailure("protected bits of CCCR are written without INIT and CCE");
-    }
+    fail_if(!open && ((before ^ next) & ~kAlways & 0xFFFFU) != 0 && is_set(value, kInit),
+            "protected bits of CCCR are written without INIT and CCE");
     registers_.at(kCccr) = next;
     if (is_set(before, kInit) && !is_set(next, kInit)) {
         const double nominal = nominal_hz();
-        if (nominal <= 0 || !std::isfinite(nominal)) {
-            throw RunFailure("FDCAN has no kernel clock");
-        }
+        fail_if(nominal <= 0 || !std::isfinite(nominal), "FDCAN has no kernel clock");
         if (bus_off_) {  // 129 times 11 recessive bits
             recovered_.in(ticks(129 * 11 / nominal));
         }
@@ -161,9 +158,7 @@ std::uint32_t Fdcan::read(std::uint32_t offset) {
 void Fdcan::apply(std::uint32_t offset, std::uint32_t value) {
     const bool is_protected = offset == kDbtp || offset == kNbtp || offset == kTdcr || offset == kRxgfc || offset == kTxbc ||
                               offset == kXidam || offset == kTest;
-    if (is_protected && (registers_[kCccr] & 3U) != 3) {
-        throw RunFailure("a protected register is written without INIT and CCE");
-    }
+    fail_if(is_protected && (registers_[kCccr] & 3U) != 3, "a protected register is written without INIT and CCE");
     switch (offset) {
         case kCccr:
             control(value);

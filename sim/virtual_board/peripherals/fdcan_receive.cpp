@@ -113,9 +113,7 @@ void Fdcan::put(unsigned n, const CanFrame& frame, std::uint32_t matched) {
 
 void Fdcan::acknowledge(Fifo& fifo, std::uint32_t index) {
     const unsigned count = (index + kDepth - fifo.get) % kDepth + 1;
-    if (count > fifo.level) {
-        throw RunFailure("more FIFO elements are acknowledged than are stored");
-    }
+    fail_if(count > fifo.level, "more FIFO elements are acknowledged than are stored");
     fifo.level -= count;
     fifo.get = (fifo.get + count) % kDepth;
 }

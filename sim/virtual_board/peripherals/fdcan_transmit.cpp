@@ -1,5 +1,4 @@
 // Transmission of the CAN FD controller: buffers, cancellation, errors, internal loop-back, FIFO of transmit events.
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
@@ -48,9 +47,8 @@ CanFrame Fdcan::frame_in(unsigned buffer) const {
 }
 
 void Fdcan::check_timing_of(const CanFrame& frame) const {
-    if (frame.fast && !compensates_delay() && data_sample_point() / kernel_hz_() < kLongestLoopDelayS) {
-        throw RunFailure("FDCAN sends with bit rate switching, but transmitter delay compensation is off");
-    }
+    fail_if(frame.fast && !compensates_delay() && data_sample_point() / kernel_hz_() < kLongestLoopDelayS,
+            "FDCAN sends with bit rate switching, but transmitter delay compensation is off");
 }
 
 std::optional<CanFrame> Fdcan::waiting() const {
@@ -71,9 +69,7 @@ void Fdcan::request(std::uint32_t buffers) {
         if (!is_set(buffers, n)) {
             continue;
         }
-        if (is_set(requests_, n)) {
-            throw RunFailure(fmt::format("transmit buffer {} is requested while its last request is pending", n));
-        }
+        fail_if(is_set(requests_, n), "transmit buffer {} is requested while its last request is pending", n);
         requests_ |= 1U << n;
         put_index_ = (n + 1) % kDepth;
         registers_.at(kTxbto) &= ~(1U << n);

@@ -82,9 +82,8 @@ void Flash::set_options(std::uint32_t options) {
 }
 
 void Flash::check_banks() const {
-    if (!is_set(options_, flash::kDualBank)) {
-        throw RunFailure("bank 2 is accessed, but option DBANK makes the flash one bank, which is not in this model");
-    }
+    fail_if(!is_set(options_, flash::kDualBank),
+            "bank 2 is accessed, but option DBANK makes the flash one bank, which is not in this model");
 }
 
 void Flash::interrupt_operation(std::uint64_t n, std::function<void()> act) {
@@ -98,10 +97,8 @@ void Flash::error(unsigned bit) {
 }
 
 void Flash::begin(Operation operation, double duration_s) {
-    if (is_set(registers_[kAcr], flash::kDataCache)) {
-        throw RunFailure(
+    fail_if(is_set(registers_[kAcr], flash::kDataCache),
             "bank 2 is erased or programmed with the data cache on, which may corrupt it: clear ACR.DCEN (ES0430 2.2.2)");
-    }
     operation_ = operation;
     registers_.at(flash::kSr) |= 1U << flash::kBusy;
     finish_.in(ticks(duration_s));
@@ -152,9 +149,7 @@ void Flash::lose_power() {
 
 std::uint32_t Flash::read_bank(std::uint32_t offset) {
     check_banks();
-    if (operation_) {
-        throw RunFailure("bank 2 is read while it is erased or programmed");
-    }
+    fail_if(operation_.has_value(), "bank 2 is read while it is erased or programmed");
     std::uint32_t word = 0;
     std::memcpy(&word, content_.data() + offset, sizeof word);
     if (damaged_.contains(offset & ~7U)) {
@@ -177,12 +172,8 @@ void Flash::report_damage(std::uint32_t double_word) {
 
 void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
     check_banks();
-    if (is_locked() || !is_set(registers_[flash::kCr], flash::kProgram)) {
-        throw RunFailure("store to flash without unlocking and PG");
-    }
-    if (operation_) {
-        throw RunFailure("bank 2 is written while it is erased or programmed");
-    }
+    fail_if(is_locked() || !is_set(registers_[flash::kCr], flash::kProgram), "store to flash without unlocking and PG");
+    fail_if(operation_.has_value(), "bank 2 is written while it is erased or programmed");
     if (!first_word_) {
         if ((offset & 7U) != 0) {
             error(flash::kAlignmentError);
@@ -211,9 +202,8 @@ void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
 
 void Flash::unlock(std::uint32_t key) {
     constexpr std::array<std::uint32_t, 2> kKeys{0x45670123, 0xCDEF89AB};
-    if (keys_ > 1 || !is_locked() || key != kKeys[static_cast<std::size_t>(keys_)]) {
-        throw RunFailure("wrong key: the flash stays locked until the next reset");
-    }
+    fail_if(keys_ > 1 || !is_locked() || key != kKeys[static_cast<std::size_t>(keys_)],
+            "wrong key: the flash stays locked until the next reset");
     if (++keys_ == 2) {
         keys_ = 0;
         registers_.at(flash::kCr) &= ~(1U << flash::kLock);
@@ -221,12 +211,8 @@ void Flash::unlock(std::uint32_t key) {
 }
 
 void Flash::control(std::uint32_t value) {
-    if (operation_) {
-        throw RunFailure("CR is written while the flash is busy");
-    }
-    if (is_locked()) {
-        throw RunFailure("CR is written while the flash is locked");
-    }
+    fail_if(operation_.has_value(), "CR is written while the flash is busy");
+    fail_if(is_locked(), "CR is written while the flash is locked");
     registers_.at(flash::kCr) = (value & ~(1U << flash::kStart)) | (registers_[flash::kCr] & 1U << flash::kOptionLock);
     show_interrupt();
     if (!is_set(value, flash::kStart)) {
@@ -241,9 +227,7 @@ void Flash::control(std::uint32_t value) {
         begin({0, std::nullopt, Memory::kBankBytes}, kEraseS);
         return;
     }
-    if (!is_set(value, flash::kBank2)) {
-        throw RunFailure("erase of a page of bank 1, which holds the running code");
-    }
+    fail_if(!is_set(value, flash::kBank2), "erase of a page of bank 1, which holds the running code");
     begin({field(value, 3, 7) * kPageBytes, std::nullopt}, kEraseS);
 }
 

@@ -1,7 +1,5 @@
 #include "sim/virtual_board/peripherals/gpio.hpp"
 
-#include <fmt/format.h>
-
 namespace tricoil::virtual_board {
 namespace gpio {
 
@@ -71,9 +69,7 @@ bool Gpio::level(unsigned pin) const {
 
 void Gpio::set_outside(unsigned pin, Outside level) {
     outside_.at(pin) = level;
-    if (on_change) {
-        on_change();
-    }
+    on_change();
 }
 
 std::uint32_t Gpio::read(std::uint32_t offset) {
@@ -92,9 +88,7 @@ std::uint32_t Gpio::read(std::uint32_t offset) {
 
 /// RM0440: the key bit is written 1, 0, 1 with the same pins, then LCKR is read. After that the pins stay locked until a reset.
 void Gpio::lock(std::uint32_t value) {
-    if (locked_ != 0) {
-        throw RunFailure("LCKR is written while pins are locked");
-    }
+    fail_if(locked_ != 0, "LCKR is written while pins are locked");
     const bool key = is_set(value, gpio::kLockKey);
     const bool continues = lock_step_ > 0 && (value & 0xFFFFU) == lock_written_ && key == (lock_step_ != 1);
     lock_step_ = continues ? lock_step_ + 1 : key ? 1 : 0;
@@ -108,9 +102,7 @@ void Gpio::check_lock(std::uint32_t offset, std::uint32_t value) const {
     const std::uint32_t changed = value ^ registers_[offset];
     for (unsigned bit = 0; bit < 32 && width != 0; ++bit) {
         const unsigned pin = bit / width + (offset == gpio::kHighFunctions ? 8 : 0);
-        if (is_set(changed, bit) && is_set(locked_, pin)) {
-            throw RunFailure(fmt::format("pin {} is locked (LCKR) until the next reset", pin));
-        }
+        fail_if(is_set(changed, bit) && is_set(locked_, pin), "pin {} is locked (LCKR) until the next reset", pin);
     }
 }
 
@@ -133,9 +125,7 @@ void Gpio::apply(std::uint32_t offset, std::uint32_t value) {
             }
             registers_.at(offset) = value;
     }
-    if (on_change) {
-        on_change();
-    }
+    on_change();
 }
 
 /// RM0440: the registers of a port accept bytes, half-words and words.
@@ -149,9 +139,7 @@ void Gpio::reset() {
     registers_.reset();
     locked_ = 0;
     lock_step_ = 0;
-    if (on_change) {
-        on_change();
-    }
+    on_change();
 }
 
 }  // namespace tricoil::virtual_board

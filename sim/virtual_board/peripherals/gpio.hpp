@@ -29,7 +29,7 @@ public:
     [[nodiscard]] bool outside_is_high(unsigned pin) const { return outside_[pin] == Outside::high; }
 
     /// Called after the level of a pin may have changed.
-    std::function<void()> on_change;
+    std::function<void()> on_change = [] {};
 
     std::uint32_t read(std::uint32_t offset) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;

@@ -57,13 +57,9 @@ private:
             take_key(value);
             return;
         }
-        if (!unlocked_) {
-            throw RunFailure("PR, RLR or WINR is written without the key 0x5555");
-        }
+        fail_if(!unlocked_, "PR, RLR or WINR is written without the key 0x5555");
         Event& update = offset == kPrescaler ? prescaler_ : offset == kReload ? reload_ : window_;
-        if (update.is_due()) {
-            throw RunFailure("PR, RLR or WINR is written again before its last update has finished");
-        }
+        fail_if(update.is_due(), "PR, RLR or WINR is written again before its last update has finished");
         update.in(kUpdateCycles * kTicksPerCycle);
         registers_.at(offset) = value;
         if (offset == kWindow && runs()) {  // also reloads the counter

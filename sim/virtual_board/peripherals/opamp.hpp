@@ -34,10 +34,8 @@ public:
             case 3:
                 return on ? 1 : 0;
             case 2:
-                if (on && field(code, 3, 2) != 1) {
-                    throw RunFailure(
+                fail_if(on && field(code, 3, 2) != 1,
                         "the gain ladder is connected to ground, so the bias of half the supply saturates the op-amp");
-                }
                 return on && field(code, 0, 3) < 6 ? static_cast<double>(2U << field(code, 0, 3)) : 0;
             default:
                 return 0;

@@ -69,16 +69,14 @@ void Pwr::apply(std::uint32_t offset, std::uint32_t value) {
         return;
     }
     const std::uint32_t voltage = field(value, 9, 2);
-    if (offset == kCr1 && (voltage == 0 || voltage == 3)) {
-        throw RunFailure("CR1: VOS must be 1 (range 1) or 2 (range 2)");
-    }
+    fail_if(offset == kCr1 && (voltage == 0 || voltage == 3), "CR1: VOS must be 1 (range 1) or 2 (range 2)");
     const bool changes_voltage = (offset == kCr5 && ((value ^ registers_[kCr5]) & 0x100U) != 0) ||
                                  (offset == kCr1 && ((value ^ registers_[kCr1]) & 0x600U) != 0);
     registers_.at(offset) = value;
     if (changes_voltage) {
         settled_.in(ticks(pwr::kSettleS));
     }
-    if ((offset == kCr1 || offset == kCr5) && check_frequency) {
+    if (offset == kCr1 || offset == kCr5) {
         check_frequency();
     }
 }

@@ -29,7 +29,7 @@ public:
     /// Called when a wake-up pin sets its flag.
     std::function<void()> on_wake_pin = [] {};
     /// Throws RunFailure if the core clock is too fast for the new core voltage; set by the board.
-    std::function<void()> check_frequency;
+    std::function<void()> check_frequency = [] {};
     /// Power-on clears the flags; leaving standby sets SBF.
     void lose_power() { status_ = 0; }
     void set_standby_flag() { status_ |= 1U << kStandbyFlag; }

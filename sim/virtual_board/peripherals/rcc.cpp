@@ -1,9 +1,5 @@
 #include "sim/virtual_board/peripherals/rcc.hpp"
 
-#include <fmt/format.h>
-
-#include <array>
-
 #include "sim/virtual_board/peripherals/rcc_registers.hpp"
 
 namespace tricoil::virtual_board {
@@ -99,26 +95,17 @@ std::function<bool()> Rcc::clock(std::uint32_t enable_register, unsigned bit) co
     return [this, enable_register, bit] { return is_set(registers_[enable_register], bit); };
 }
 
-double Rcc::usb_hz() const {
-    switch (field(registers_[kCcipr], 26, 2)) {
-        case 0:
-            return is_set(registers_[rcc::kCrrcr], 1) ? 48e6 : 0;
-        case 2:
-            return pll_hz(PllOutput::q);
-        default:
-            return 0;
-    }
+double Rcc::crystal_hz() const { return is_set(registers_[rcc::kCr], rcc::kHseReady) ? rcc::kHseHz : 0; }
+
+/// Frequency of the source that a field of CCIPR selects.
+double Rcc::selected(unsigned position, const std::array<double, 4>& sources) const {
+    return sources[field(registers_[kCcipr], position, 2)];
 }
 
+double Rcc::usb_hz() const { return selected(26, {is_set(registers_[rcc::kCrrcr], 1) ? 48e6 : 0, 0, pll_hz(PllOutput::q), 0}); }
+
 double Rcc::pll_input_hz() const {
-    switch (field(registers_[rcc::kPllCfgr], 0, 2)) {
-        case 2:
-            return rcc::kHsiHz;
-        case 3:
-            return is_set(registers_[rcc::kCr], rcc::kHseReady) ? rcc::kHseHz : 0;
-        default:
-            return 0;
-    }
+    return std::array{0.0, 0.0, rcc::kHsiHz, crystal_hz()}[field(registers_[rcc::kPllCfgr], 0, 2)];
 }
 
 double Rcc::pll_hz(PllOutput output) const {
@@ -140,14 +127,7 @@ double Rcc::pll_hz(PllOutput output) const {
 }
 
 double Rcc::system_hz() const {
-    switch (field(registers_[kCfgr], 0, 2)) {
-        case from_hse:
-            return rcc::kHseHz;
-        case from_pll:
-            return pll_hz(PllOutput::r);
-        default:
-            return rcc::kHsiHz;
-    }
+    return std::array{rcc::kHsiHz, rcc::kHsiHz, rcc::kHseHz, pll_hz(PllOutput::r)}[field(registers_[kCfgr], 0, 2)];
 }
 
 double Rcc::core_hz() const {
@@ -167,47 +147,18 @@ Ticks Rcc::timer_ticks(Apb bus) const {
 }
 
 Ticks Rcc::serial_ticks(unsigned position, Apb bus) const {
-    switch (field(registers_[kCcipr], position, 2)) {
-        case 1:
-            return ticks_of_cycle(system_hz());
-        case 2:
-            return ticks_of_cycle(is_set(registers_[rcc::kCr], rcc::kHsiOn) ? rcc::kHsiHz : 0);
-        case 3:
-            return ticks_of_cycle(is_set(registers_[rcc::kBdcr], 1) ? rcc::kLseHz : 0);
-        default:
-            return ticks_of_cycle(apb_hz(bus));
-    }
+    return ticks_of_cycle(
+        selected(position, {apb_hz(bus), system_hz(), is_set(registers_[rcc::kCr], rcc::kHsiOn) ? rcc::kHsiHz : 0,
+                            is_set(registers_[rcc::kBdcr], 1) ? rcc::kLseHz : 0}));
 }
 
-double Rcc::fdcan_hz() const {
-    switch (field(registers_[kCcipr], 24, 2)) {
-        case 0:
-            return is_set(registers_[rcc::kCr], rcc::kHseReady) ? rcc::kHseHz : 0;
-        case 1:
-            return pll_hz(PllOutput::q);
-        case 2:
-            return apb_hz(Apb::one);
-        default:
-            return 0;
-    }
-}
+double Rcc::fdcan_hz() const { return selected(24, {crystal_hz(), pll_hz(PllOutput::q), apb_hz(Apb::one), 0}); }
 
-double Rcc::adc_hz(unsigned position) const {
-    switch (field(registers_[kCcipr], position, 2)) {
-        case 1:
-            return pll_hz(PllOutput::p);
-        case 2:
-            return system_hz();
-        default:
-            return 0;
-    }
-}
+double Rcc::adc_hz(unsigned position) const { return selected(position, {0, pll_hz(PllOutput::p), system_hz(), 0}); }
 
 void Rcc::apply() {
     const double hz = core_hz();
-    if (check_frequency) {
-        check_frequency(hz);
-    }
+    check_frequency(hz);
     machine_.set_core_clock(ticks_of_cycle(hz));
     for (const auto& changed : on_change) {
         changed();
@@ -227,9 +178,8 @@ void Rcc::start_oscillator(std::uint32_t control_register, unsigned enable_bit, 
 void Rcc::check_pll() const {
     const double input = pll_input_hz() / (field(registers_[rcc::kPllCfgr], 4, 4) + 1);
     const double vco = input * field(registers_[rcc::kPllCfgr], 8, 7);
-    if (input < 2.66e6 || input > 16e6 || vco < 96e6 || vco > 344e6) {  // DS12288, PLL characteristics
-        throw RunFailure(fmt::format("PLL out of range: input {} Hz, VCO {} Hz", input, vco));
-    }
+    // DS12288, PLL characteristics
+    fail_if(input < 2.66e6 || input > 16e6 || vco < 96e6 || vco > 344e6, "PLL out of range: input {} Hz, VCO {} Hz", input, vco);
 }
 
 void Rcc::control(std::uint32_t value) {
@@ -237,10 +187,9 @@ void Rcc::control(std::uint32_t value) {
         1U << rcc::kHsiOn | 1U << 9U | 1U << rcc::kHseOn | 1U << rcc::kSecurityOn | 1U << rcc::kPllOn;
     const std::uint32_t source = field(registers_[kCfgr], 2, 2);
     const bool pll_stops = !is_set(value, rcc::kPllOn);
-    if ((source == from_pll && pll_stops) || (source == from_hsi && !is_set(value, rcc::kHsiOn)) ||
-        (source == from_hse && !is_set(value, rcc::kHseOn))) {
-        throw RunFailure("the source of the processor clock is switched off");
-    }
+    fail_if((source == from_pll && pll_stops) || (source == from_hsi && !is_set(value, rcc::kHsiOn)) ||
+                (source == from_hse && !is_set(value, rcc::kHseOn)),
+            "the source of the processor clock is switched off");
     registers_.at(rcc::kCr) = (registers_[rcc::kCr] & ~kWritable) | (value & kWritable);
     if (!is_set(value, rcc::kHsiOn)) {
         registers_.at(rcc::kCr) &= ~(1U << rcc::kHsiReady);
@@ -259,19 +208,15 @@ void Rcc::control(std::uint32_t value) {
 /// RM0440: source, multiplier and dividers are for a stopped PLL; the vendor's driver enables the outputs after PLLON.
 void Rcc::write_pll(std::uint32_t value) {
     const std::uint32_t changed = value ^ registers_[rcc::kPllCfgr];
-    if (is_set(registers_[rcc::kCr], rcc::kPllOn) && (changed & ~rcc::kPllOutputs) != 0) {
-        throw RunFailure("PLLCFGR is written while the PLL runs; only its outputs PEN, QEN, REN may change");
-    }
-    if (field(registers_[kCfgr], 2, 2) == from_pll && is_set(changed, rcc::kPllEnables[2])) {
-        throw RunFailure("the PLL output that drives the processor is switched off (PLLCFGR.PLLREN)");
-    }
+    fail_if(is_set(registers_[rcc::kCr], rcc::kPllOn) && (changed & ~rcc::kPllOutputs) != 0,
+            "PLLCFGR is written while the PLL runs; only its outputs PEN, QEN, REN may change");
+    fail_if(field(registers_[kCfgr], 2, 2) == from_pll && is_set(changed, rcc::kPllEnables[2]),
+            "the PLL output that drives the processor is switched off (PLLCFGR.PLLREN)");
     registers_.at(rcc::kPllCfgr) = value;
 }
 
 void Rcc::write_backup(std::uint32_t value) {
-    if (check_backup) {
-        check_backup();
-    }
+    check_backup();
     const bool is_reset = is_set(value, rcc::kBackupReset);
     registers_.at(rcc::kBdcr) = is_reset ? 1U << rcc::kBackupReset : (value & ~2U) | (registers_[rcc::kBdcr] & 2U);
     start_oscillator(rcc::kBdcr, 0, watch_crystal_ready_, rcc::kWatchCrystalStartS);
@@ -281,7 +226,7 @@ void Rcc::reset_peripherals(std::uint32_t offset, std::uint32_t value) {
     const std::uint32_t rising = value & ~registers_[offset];
     registers_.at(offset) = value;
     for (unsigned bit = 0; bit < 32; ++bit) {
-        if (is_set(rising, bit) && on_peripheral_reset) {
+        if (is_set(rising, bit)) {
             on_peripheral_reset(offset + rcc::kEnablesFromResets, bit);
         }
     }
@@ -291,9 +236,7 @@ void Rcc::choose(std::uint32_t value) {
     const std::uint32_t source = field(value, 0, 2);
     const bool ready = source == from_hsi || (source == from_hse && is_set(registers_[rcc::kCr], rcc::kHseReady)) ||
                        (source == from_pll && pll_hz(PllOutput::r) > 0);
-    if (!ready) {
-        throw RunFailure(fmt::format("clock source {} is selected before it is ready", source));
-    }
+    fail_if(!ready, "clock source {} is selected before it is ready", source);
     registers_.at(kCfgr) = (value & ~0xCU) | source << 2U;
     apply();
 }
@@ -316,9 +259,8 @@ void Rcc::break_crystal() {
     }
     const bool in_use = field(registers_[kCfgr], 2, 2) == from_hse ||
                         (field(registers_[kCfgr], 2, 2) == from_pll && field(registers_[rcc::kPllCfgr], 0, 2) == 3);
-    if (in_use && !is_set(registers_[rcc::kCr], rcc::kSecurityOn)) {
-        throw RunFailure("the crystal stops while the clock security system is off: the processor stops");
-    }
+    fail_if(in_use && !is_set(registers_[rcc::kCr], rcc::kSecurityOn),
+            "the crystal stops while the clock security system is off: the processor stops");
     if (in_use) {  // clock security system: back to HSI, with a non-maskable interrupt
         leave_stop();
         security_interrupt_ = true;

@@ -1,6 +1,7 @@
 // Reset and clock control (RM0440 section 7): clock sources, bus clocks, kernel clocks, clock enables, resets and their causes.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -39,13 +40,13 @@ public:
     [[nodiscard]] bool has_48_mhz() const { return usb_hz() == 48e6; }
 
     /// Throws RunFailure if flash wait states or core voltage do not allow this frequency; set by the board.
-    std::function<void(double hz)> check_frequency;
+    std::function<void(double hz)> check_frequency = [](double) {};
     /// Throws RunFailure if BDCR is write-protected (PWR_CR1.DBP); set by the board.
-    std::function<void()> check_backup;
+    std::function<void()> check_backup = [] {};
     /// Called after a change of clocks.
     std::vector<std::function<void()>> on_change;
     /// Called when software resets the peripheral of this enable bit.
-    std::function<void(std::uint32_t enable_register, unsigned bit)> on_peripheral_reset;
+    std::function<void(std::uint32_t enable_register, unsigned bit)> on_peripheral_reset = [](auto...) {};
 
     /// Stop mode ends with HSI as the system clock, the other fast clocks off.
     void leave_stop();
@@ -66,6 +67,8 @@ private:
     static constexpr std::uint32_t kCsr = 0x94;
 
     enum class PllOutput : std::uint8_t { p, q, r };
+    [[nodiscard]] double crystal_hz() const;
+    [[nodiscard]] double selected(unsigned position, const std::array<double, 4>& sources) const;
     [[nodiscard]] double pll_input_hz() const;
     [[nodiscard]] double pll_hz(PllOutput output) const;
     [[nodiscard]] double system_hz() const;

@@ -120,9 +120,7 @@ void Timer::restart(std::uint32_t count) {
         match_.cancel();
         return;
     }
-    if (count > reload_) {
-        throw RunFailure("CNT is above ARR while the timer runs; counting to the maximum is not in this model");
-    }
+    fail_if(count > reload_, "CNT is above ARR while the timer runs; counting to the maximum is not in this model");
     const std::uint32_t done = counts_down() ? reload_ - count : count;
     overflow_.in(period() - Ticks{done} * ticks_per_count());
     for (unsigned n = 0; n < params_.channels; ++n) {
@@ -250,9 +248,8 @@ void Timer::write_reload(std::uint32_t value) {
     if (is_set(registers_[timer::kCr1], timer::kPreload)) {
         return;
     }
-    if (is_running() && at > value) {
-        throw RunFailure("ARR is set below CNT while the timer runs; counting to the maximum is not in this model");
-    }
+    fail_if(is_running() && at > value,
+            "ARR is set below CNT while the timer runs; counting to the maximum is not in this model");
     reload_ = value;
     restart(at);
 }
@@ -292,9 +289,8 @@ void Timer::apply(std::uint32_t offset, std::uint32_t value) {
             break;
         }
         case timer::kCr2:
-            if (field(value, 4, 3) > by_update) {
-                throw RunFailure("CR2: only reset, enable and update (MMS = 0 to 2) are trigger outputs in this model");
-            }
+            fail_if(field(value, 4, 3) > by_update,
+                    "CR2: only reset, enable and update (MMS = 0 to 2) are trigger outputs in this model");
             registers_.at(timer::kCr2) = value;
             break;
         case timer::kSr:

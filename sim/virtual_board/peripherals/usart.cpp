@@ -161,17 +161,13 @@ void Usart::receive(std::uint8_t byte, bool framing_error) {
 
 /// A byte in Stop mode: WUF, if CR3.WUS selects the start bit or the received byte.
 void Usart::wake_up() {
-    if (!is_set(registers_[usart::kCr3], 21)) {
-        throw RunFailure("wake-up by an address (CR3.WUS = 0) is not in this model");
-    }
+    fail_if(!is_set(registers_[usart::kCr3], 21), "wake-up by an address (CR3.WUS = 0) is not in this model");
     wake_up_ = true;
 }
 
 void Usart::send() {
     if (!outgoing_.empty() && !sent_.is_due() && is_set(registers_[usart::kCr1], usart::kTransmit)) {
-        if (params_.check_pins) {
-            params_.check_pins();
-        }
+        params_.check_pins();
         sent_.in(byte_time());
     }
 }
@@ -179,9 +175,7 @@ void Usart::send() {
 void Usart::sent() {
     const std::uint8_t byte = outgoing_.front();
     outgoing_.pop_front();
-    if (on_sent) {
-        on_sent(byte);
-    }
+    on_sent(byte);
     send();
     serve_dma();
     complete_ = complete_ || outgoing_.empty();
@@ -263,9 +257,8 @@ std::uint32_t Usart::read(std::uint32_t offset) {
 }
 
 void Usart::put(std::uint32_t value) {
-    if (queued() >= room() || !is_set(registers_[usart::kCr1], usart::kEnable)) {
-        throw RunFailure("TDR is written while it is full or the USART is off");
-    }
+    fail_if(queued() >= room() || !is_set(registers_[usart::kCr1], usart::kEnable),
+            "TDR is written while it is full or the USART is off");
     outgoing_.push_back(static_cast<std::uint8_t>(value & ((1U << data_bits()) - 1U)));
     complete_ = false;
     send();
@@ -275,18 +268,12 @@ void Usart::control(std::uint32_t value) {
     constexpr std::uint32_t kFixed = 1U << usart::kFifoOn | 1U << usart::kWordM0 | 1U << usart::kWordM1 | 1U << usart::kOver8 |
                                      1U << usart::kParity | 1U << usart::kOddParity;
     const std::uint32_t before = registers_[usart::kCr1];
-    if (is_set(before, usart::kEnable) && is_set(value, usart::kEnable) && ((before ^ value) & kFixed) != 0) {
-        throw RunFailure("CR1: FIFOEN, M, OVER8, PCE or PS changes while the USART is on");
-    }
-    if (params_.low_power && is_set(value, usart::kOver8)) {
-        throw RunFailure("CR1: an LPUART has no OVER8");
-    }
-    if (is_set(value, usart::kEnable) && registers_[usart::kBrr] < (params_.low_power ? 0x300U : 16U)) {
-        throw RunFailure("the USART is enabled without a valid baud rate");
-    }
-    if (is_set(value, usart::kEnable) && params_.clock() == 0) {
-        throw RunFailure("the USART is enabled without a kernel clock (RCC CCIPR)");
-    }
+    fail_if(is_set(before, usart::kEnable) && is_set(value, usart::kEnable) && ((before ^ value) & kFixed) != 0,
+            "CR1: FIFOEN, M, OVER8, PCE or PS changes while the USART is on");
+    fail_if(params_.low_power && is_set(value, usart::kOver8), "CR1: an LPUART has no OVER8");
+    fail_if(is_set(value, usart::kEnable) && registers_[usart::kBrr] < (params_.low_power ? 0x300U : 16U),
+            "the USART is enabled without a valid baud rate");
+    fail_if(is_set(value, usart::kEnable) && params_.clock() == 0, "the USART is enabled without a kernel clock (RCC CCIPR)");
     registers_.at(usart::kCr1) = value;
     if (!is_set(value, usart::kEnable)) {
         outgoing_.clear();
@@ -308,9 +295,8 @@ void Usart::clear_flags(std::uint32_t value) {
 
 void Usart::apply(std::uint32_t offset, std::uint32_t value) {
     const bool set_up = offset == usart::kCr2 || offset == usart::kBrr || offset == usart::kPresc;
-    if (set_up && value != registers_.at(offset) && is_set(registers_[usart::kCr1], usart::kEnable)) {
-        throw RunFailure("CR2, BRR or PRESC is written while the USART is on");
-    }
+    fail_if(set_up && value != registers_.at(offset) && is_set(registers_[usart::kCr1], usart::kEnable),
+            "CR2, BRR or PRESC is written while the USART is on");
     switch (offset) {
         case usart::kTdr:
             put(value);

@@ -14,9 +14,9 @@ struct UsartParams {
     InterruptLine interrupt;
     unsigned receive_request = 0;  // numbers at the DMA request multiplexer
     unsigned send_request = 0;
-    bool low_power = false;            // LPUART
-    std::function<Ticks()> clock;      // ticks per cycle of the kernel clock; 0: off
-    std::function<void()> check_pins;  // throws RunFailure if no transmit pin is configured
+    bool low_power = false;                    // LPUART
+    std::function<Ticks()> clock;              // ticks per cycle of the kernel clock; 0: off
+    std::function<void()> check_pins = [] {};  // throws RunFailure if no transmit pin is configured
 };
 
 class Usart final : public RegisterPeripheral {
@@ -24,7 +24,7 @@ public:
     Usart(Machine& machine, Dma& dma, UsartParams params);
 
     /// Called with each sent byte, at the end of its stop bit.
-    std::function<void(std::uint8_t)> on_sent;
+    std::function<void(std::uint8_t)> on_sent = [](std::uint8_t) {};
 
     /// Receives a byte from the line.
     void receive(std::uint8_t byte, bool framing_error = false);

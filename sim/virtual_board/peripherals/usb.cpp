@@ -1,7 +1,5 @@
 #include "sim/virtual_board/peripherals/usb.hpp"
 
-#include <fmt/format.h>
-
 namespace tricoil::virtual_board {
 namespace usb {
 
@@ -48,16 +46,12 @@ void set_field(std::uint16_t& word, unsigned at, unsigned width, std::uint32_t v
 }  // namespace
 
 std::uint16_t Usb::PacketMemory::half(std::uint32_t at) const {
-    if (at + 2 > kBytes) {
-        throw RunFailure("address outside the packet memory");
-    }
+    fail_if(at + 2 > kBytes, "address outside the packet memory");
     return static_cast<std::uint16_t>(bytes[at] | bytes[at + 1] << 8U);
 }
 
 void Usb::PacketMemory::put_half(std::uint32_t at, std::uint16_t value) {
-    if (at + 2 > kBytes) {
-        throw RunFailure("address outside the packet memory");
-    }
+    fail_if(at + 2 > kBytes, "address outside the packet memory");
     bytes[at] = static_cast<std::uint8_t>(value);
     bytes[at + 1] = static_cast<std::uint8_t>(value >> 8U);
 }
@@ -69,9 +63,7 @@ void Usb::PacketMemory::write(std::uint32_t, std::uint32_t) {
 }
 
 void Usb::PacketMemory::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned size) {
-    if (size != 2) {
-        throw RunFailure("the packet memory accepts half-word writes only");
-    }
+    fail_if(size != 2, "the packet memory accepts half-word writes only");
     put_half(offset, static_cast<std::uint16_t>(value));
 }
 
@@ -96,9 +88,7 @@ bool Usb::answers(std::uint8_t address) const {
     if (!is_attached() || !is_set(registers_[usb::kDaddr], kEnabled) || (registers_[usb::kDaddr] & 0x7FU) != address) {
         return false;
     }
-    if (!has_clock_()) {
-        throw RunFailure("USB runs without its 48 MHz clock");
-    }
+    fail_if(!has_clock_(), "USB runs without its 48 MHz clock");
     return true;
 }
 
@@ -165,9 +155,8 @@ Handshake Usb::out(std::uint8_t address, unsigned endpoint_address, bool toggle,
     if (status != valid) {
         return status == stalls ? Handshake::stall : status == not_ready ? Handshake::nak : Handshake::none;
     }
-    if (is_set(endpoint, usb::kKind) && field(endpoint, usb::kType, 2) == bulk) {
-        throw RunFailure("double-buffered endpoints are not in this model");
-    }
+    fail_if(is_set(endpoint, usb::kKind) && field(endpoint, usb::kType, 2) == bulk,
+            "double-buffered endpoints are not in this model");
     if (toggle != is_set(endpoint, usb::kReceiveToggle)) {
         return Handshake::ack;
     }
@@ -195,10 +184,8 @@ Handshake Usb::in(std::uint8_t address, unsigned endpoint_address, bool& toggle,
     }
     const std::uint32_t from = memory_.half(table(static_cast<unsigned>(n), 0));
     const std::uint32_t count = memory_.half(table(static_cast<unsigned>(n), 1)) & 0x3FFU;
-    if (count > kPacket || from + count > PacketMemory::kBytes) {
-        throw RunFailure(
-            fmt::format("endpoint {} sends {} bytes at {:#x}: too long or outside the packet memory", n, count, from));
-    }
+    fail_if(count > kPacket || from + count > PacketMemory::kBytes,
+            "endpoint {} sends {} bytes at {:#x}: too long or outside the packet memory", n, count, from);
     data.assign(memory_.bytes.begin() + from, memory_.bytes.begin() + from + count);
     toggle = is_set(endpoint, usb::kSendToggle);
     set_field(endpoint, usb::kSendStatus, 2, not_ready);
