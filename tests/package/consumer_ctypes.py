@@ -22,6 +22,8 @@ class Pose(ctypes.Structure):
     ]
 
 
+if len(sys.argv) != 2:
+    sys.exit(__doc__)
 tricoil = ctypes.CDLL(sys.argv[1])
 tricoil.tricoil_open.restype = ctypes.c_void_p
 tricoil.tricoil_open.argtypes = [ctypes.c_char_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_size_t]

@@ -31,7 +31,7 @@ const std::vector<std::string> kForms{"angles", "vectors"};
 // Options for recorded poses, and for plans, which Python reads.
 constexpr std::array<TextOption, 6> kRecordedOptions{{
     {"--poses", "Recorded poses of any tracker: predicts their motion error, and removes it", kFileType},
-    {"--trajectory", "Recorded path: errors by the paper's formulas along it", kFileType},
+    {"--trajectory", "Recorded path: errors of the paper's method along it, without multiplexing", kFileType},
     {"--timing", "--poses: tdm:SLOTS/RATE, fdm or a tracker; options follow: ,order=231,latency=MS,window=MS,solver=previous",
      "TEXT"},
     {"--reference", "--poses: path of an optical system or a robot; --timing fit finds the timing with it", kFileType},

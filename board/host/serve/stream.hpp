@@ -62,6 +62,12 @@ public:
     [[nodiscard]] bool gone() const { return gone_; }
     /// Marks the client for disconnection.
     void disconnect() { gone_ = true; }
+    /// disconnect(), for a reason that the server prints.
+    void refuse(std::string reason) {
+        reason_ = std::move(reason);
+        gone_ = true;
+    }
+    [[nodiscard]] const std::string& reason() const { return reason_; }
     /// Starts with a new client on the same line. Discards records for the previous one.
     void restart() {
         gone_ = false;
@@ -89,6 +95,7 @@ private:
     std::vector<char> share_;
     Clock::time_point next_share_{};
     bool gone_ = false;
+    std::string reason_;
     std::uint64_t dropped_ = 0;
 };
 

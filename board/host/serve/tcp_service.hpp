@@ -82,6 +82,9 @@ public:
             }
         }
         std::erase_if(clients_, [this](const auto& client) {
+            if (!client->stream.reason().empty()) {
+                notice_.print("client refused: " + client->stream.reason());
+            }
             dropped_ += client->stream.gone() ? client->stream.dropped() : 0;
             return client->stream.gone();
         });

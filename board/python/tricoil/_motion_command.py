@@ -86,10 +86,10 @@ def text(result: dict) -> str:
     lines += [f"  {note}" for note in result["notes"]]
     against = result.get("reference")
     lines += [f"  timing       {result['timing']}: {result['assumed']}"]
+    seen = seen_timing(against)
     if against is None:
-        lines.append(f"               {UNCHECKED}")
+        lines.append(f"               {seen}")
     else:
-        seen = f"found with {against['file']} ({against['multiplexing']})" if against["multiplexing"] else "given"
         lines.append(f"               {seen}; against {against['file']}: {_mm(against['given_rms_m'])} mm RMS as given, "
                      f"{_mm(against['corrected_rms_m'])} mm corrected")
     lines.append(near_field_line(result["near_field"]))
@@ -109,15 +109,22 @@ def text(result: dict) -> str:
     return "\n".join(lines) + "\n"
 
 
-def corrected_csv(result: MotionError, smooth: bool) -> str:
-    """Corrected poses as CSV; a comment line says what was assumed."""
+def seen_timing(against: dict | None) -> str:
+    """How the timing is known. against: the comparison with a reference."""
+    if against is None:
+        return UNCHECKED
+    return f"found with {against['file']} ({against['multiplexing']})" if against["multiplexing"] else "given"
+
+
+def corrected_csv(result: MotionError, smooth: bool, against: dict | None) -> str:
+    """Corrected poses as CSV; a comment line says how the timing is known."""
     poses = result.smoothed if smooth else result.corrected
     names = ["time_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "std_x_m", "std_y_m", "std_z_m", "std_rx_rad", "std_ry_rad", "std_rz_rad",
              "error_x_m", "error_y_m", "error_z_m", "error_rx_rad", "error_ry_rad", "error_rz_rad", "corrected"]
     deviations = np.sqrt(np.diagonal(poses.covariance, axis1=1, axis2=2))
     values = np.hstack((poses.position_m, poses.quaternion_wxyz, deviations, result.rows["total"]))
     kind = "smoothed poses" if smooth else "poses"
-    lines = [f"# {kind} without motion error; timing {result.timing.text}: {result.timing.describe()}; {UNCHECKED}", ",".join(names)]
+    lines = [f"# {kind} without motion error; timing {result.timing.text}: {result.timing.describe()}; {seen_timing(against)}", ",".join(names)]
     for time_s, row, is_corrected in zip(poses.time_s, values, poses.is_corrected):
         fields = ["" if np.isnan(value) else f"{value:.10g}" for value in row]
         lines.append(",".join((f"{time_s:.9f}", *fields, str(int(is_corrected)))))
@@ -154,7 +161,7 @@ def run_poses(poses, timing=None, reference=None, out=None, plot=None, smooth=Fa
         found["reference"] = {"file": known_path.name, "given_rms_m": given_m,
                               "corrected_rms_m": rms_by_reference(corrected, known_path) if is_changed else given_m,
                               "multiplexing": verified["multiplexing"] if verified else None}
-    contents: dict[str, str | bytes] = {} if out is None else {out: corrected_csv(result, bool(smooth))}
+    contents: dict[str, str | bytes] = {} if out is None else {out: corrected_csv(result, bool(smooth), found.get("reference"))}
     if plot is not None:
         from . import plot as drawing
 

@@ -68,6 +68,13 @@ def put_result(result, as_json, text, out=None):
     put(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n" if as_json else text, sys.stderr if out == "-" else sys.stdout)
 
 
+def put_written(as_json, *outputs):
+    """Names the files that were written, after the text of a result."""
+    named = [os.fspath(one) for one in outputs if one not in (None, "-")]
+    if named and not as_json:
+        put(f"wrote {', '.join(named)}\n")
+
+
 def evaluate(options, files):
     from tricoil import _dynamic
 
@@ -76,6 +83,7 @@ def evaluate(options, files):
     options.pop("solver", None)
     result = _dynamic.evaluate(files, **options)
     put_result(result, as_json, _dynamic.text(result))
+    put_written(as_json, options.get("out"))
 
 
 def motion(options, files):
@@ -85,6 +93,7 @@ def motion(options, files):
     result, text = _motion_command.run(**options)
     if "-" not in (options.get("out"), options.get("plan")):
         put_result(result, as_json, text)
+        put_written(as_json, options.get("out"), options.get("plot"), options.get("plan"))
 
 
 def demodulate(options, files):

@@ -10,7 +10,7 @@ from . import _align, _naive
 from ._align import UNKNOWNS
 from ._fit import is_better, modelled, with_true_attitude
 from ._match import FEWEST, fitted, with_even_times
-from ._poses import LARGEST_S, Poses, PoseError
+from ._poses import LARGEST_S, METRES, Poses, PoseError
 
 OUTLIER = 8.0
 MOST_OUTLIERS = 0.05
@@ -21,6 +21,7 @@ FEWEST_BLOCKS = 24
 RESAMPLES = 400
 SPEED_EDGES, RATE_EDGES, RANGE_EDGES = (0, 0.1, 0.25, 0.5, 1, 2, np.inf), (0, 0.5, 1, 2, 5, 10, np.inf), (0, 0.3, 0.5, 0.75, 1, 1.5, np.inf)
 EDGES = {"speed_m_s": SPEED_EDGES, "rate_rad_s": RATE_EDGES, "range_m": RANGE_EDGES}
+MOST_SCALE = 1.1  # of a tracker with a wrong coupling constant; beyond it a unit is wrong
 REST_M_S, REST_RAD_S = 0.02, 0.05
 
 
@@ -185,6 +186,7 @@ def verified(poses: Poses, reference: Poses, *, time_offset: float | None = None
         rows, name, fits = modelled(pair, every, fit)
     chosen = fits[name]
     a = chosen.alignment
+    refuse_units(a.scale, poses.name, reference.name)
     e, in_gaps = errors_of(pair, chosen, start_s if same_clock else None)
     ok = ~e.is_outlier
     reference2 = reference_m2(reference, a.reference_time(e.time_s), pair.reference)
@@ -217,6 +219,14 @@ def verified(poses: Poses, reference: Poses, *, time_offset: float | None = None
         result.update({f"orientation_{key}_deg": float(np.degrees(value)) for key, value in summary(e.orientation_rad[ok]).items()})
     result["bands"] = [{"from_m_s": band["from"], "to_m_s": band["to"], **band} for band in result["by"]["speed_m_s"]]
     return result, dataclasses.replace(e, time_s=e.time_s + begin_t)
+
+
+def refuse_units(scale, name, reference):
+    """Raises PoseError for a scale that no tracker has: lengths that were read in a wrong unit."""
+    if MOST_SCALE > scale > 1 / MOST_SCALE:
+        return
+    wrong = [f"; as if lengths in {true} were read in {read}" for read in METRES for true in METRES if abs(scale * METRES[true] / METRES[read] - 1) < 0.05]
+    raise PoseError(f"{name}: its motion is {scale:.4g} times that of {reference}{wrong[0] if wrong else ''}; give each file its --unit")
 
 
 def quaternion(turn):

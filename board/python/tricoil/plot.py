@@ -102,9 +102,10 @@ def motion_error(result: MotionError) -> "Figure":
     by_time.legend(loc="upper right", ncols=2)
     for axes, (by, title) in zip(others, TITLES.items()):
         middle, (low, median, high) = _bands(rows[by], error_mm)
-        axes.fill_between(middle, low, high, color="0.8", lw=0)
-        axes.plot(middle, median, "o-", ms=3, lw=1)
+        axes.fill_between(middle, low, high, color="0.8", lw=0, label="10 to 90 % of the poses")
+        axes.plot(middle, median, "o-", ms=3, lw=1, label="median of the poses")
         axes.set_xlabel(title)
+        axes.legend(loc="upper left", ncols=2, fontsize="small")
     for axes in (by_time, *others):
         axes.set_ylabel("error, mm")
         axes.set_ylim(bottom=0)

@@ -18,7 +18,7 @@ namespace tricoil::host::websocket {
 namespace {
 
 HandshakeAnswer refuse_handshake(int status, std::string_view reason, std::string_view further_fields = {}) {
-    return {false, web::answer(status, reason, further_fields)};
+    return {false, web::answer(status, reason, further_fields), std::string(reason)};
 }
 
 std::string base64(std::span<const unsigned char> bytes) {
@@ -69,9 +69,11 @@ HandshakeAnswer answer_handshake(const web::RequestHead& request, const std::vec
         return refuse_handshake(
             403, fmt::format("pages of {} may not connect; to permit them, use --allow-origin {}", origin, origin));
     }
-    return {true, fmt::format("HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                              "Sec-WebSocket-Accept: {}\r\n\r\n",
-                              accepted_key(key))};
+    return {true,
+            fmt::format("HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                        "Sec-WebSocket-Accept: {}\r\n\r\n",
+                        accepted_key(key)),
+            ""};
 }
 
 void check_origin(const std::string& origin) {
@@ -109,7 +111,7 @@ void Session::open() {
     received_.erase(0, head->size);
     stream_.send(answer.text);
     if (!answer.accepted) {
-        stream_.disconnect();
+        stream_.refuse(answer.reason);
         return;
     }
     wslay_event_callbacks callbacks{};

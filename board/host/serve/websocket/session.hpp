@@ -19,7 +19,8 @@ namespace tricoil::host::websocket {
 
 struct HandshakeAnswer {
     bool accepted = false;
-    std::string text;  // for the client
+    std::string text;    // for the client
+    std::string reason;  // of a refusal
 };
 
 /// Opening handshake (RFC 6455, 4.2). Browsers always send the origin of the page. It must be one of `origins`, because any page
