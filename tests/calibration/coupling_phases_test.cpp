@@ -53,7 +53,9 @@ TEST(CouplingPhases, AreThoseOfEachCoupling) {
             EXPECT_NEAR(found(i, j) + half_turns, phase_rad(i, j), 1e-12) << i << ' ' << j;
         }
     }
-    remove_phases_of(frames, found);
+    calibration::Calibration<double> coils;
+    coils.phase_rad = found;
+    remove_phases_of(frames, coils);
     for (std::size_t n = 0; n < frames.size(); ++n) {
         EXPECT_LT((frames[n].x.cwiseAbs() - couplings[n].cwiseAbs()).norm(), 1e-12 * couplings[n].norm());
         EXPECT_LT(frames[n].quadrature->norm(), 1e-12 * couplings[n].norm());

@@ -181,6 +181,28 @@ TEST_F(Command, TheLowBandHasItsOwn) {
     EXPECT_GT(found.in_phase.norm(), 9 * found.sigma);
 }
 
+/// Free motion and grids do not find the pick-up.
+TEST_F(Command, IsTakenFromAnotherCalibration) {
+    std::string text = std::string(kPoseCsvHeader) + "\n";
+    for (const MeasuredPose& pose : rests(72, 0.25, 0.85, drawn(2), 2).poses) {
+        text += fmt::format("{},{},{},1,0,0,0,{}\n", pose.stage_position_m(0), pose.stage_position_m(1), pose.stage_position_m(2),
+                            matrix_text(pose.x));
+    }
+    const std::string data = test::write_file("rests.csv", text);
+    CalibrationFile known = read_calibration(coils());
+    known.calibration.pick_up = {drawn(2), Mat3<double>::Zero(), 1e-7};
+    const std::string from = test::write_file("known.toml", to_toml(known));
+    const auto misfit = [&](const std::string& more) {
+        const auto ran = test::tricoil("calibrate free-motion --json --out " + kOut + " " + data + more);
+        EXPECT_EQ(ran.exit_code, 0) << ran.err;
+        return ran.json()["misfit_after"].get<double>();
+    };
+    EXPECT_GT(misfit(""), 10 * misfit(" --converters-from " + from));
+    EXPECT_EQ(read_calibration(kOut).calibration.pick_up.in_phase, drawn(2));
+    refused(test::tricoil("calibrate free-motion --out " + kOut + " " + data + " --converters-from " + coils()),
+            "does not contain errors of converters or pick-up");
+}
+
 TEST_F(Command, BadInputIsRefused) {
     std::filesystem::remove(kOut);
     refused(calibrate(record(0.6, drawn(3))), "the couplings are those of a sensor at 0.6");

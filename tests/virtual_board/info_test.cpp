@@ -80,7 +80,7 @@ TEST_F(DeviceInfo, WarnsOfOptionBytesWithTheRemedy) {
 
 TEST_F(DeviceInfo, LoaderAndCalibrationNeedTheButton) {
     const auto blob = calibration::encode(calibration::Calibration<double>{});
-    std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.data()), std::ssize(blob));
+    std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.begin()), std::ssize(blob));
     plug_in("--fault option_bytes:0xFFEFFCAA --fault button@4-4.2");
     for (const std::string& command : {"device loader " + device_, "device write-calibration " + device_ + " " + in("cal.bin")}) {
         EXPECT_EQ(tricoil(command), 3);
