@@ -58,7 +58,6 @@ void register_rows() {
                          distortion_m, snr_db, predicted_error_m);
     PYBIND11_NUMPY_DTYPE(TruthRow, position_m, quaternion_wxyz);
     PYBIND11_NUMPY_DTYPE(SolutionRow, position_m, quaternion_wxyz, covariance, chi_square, solved);
-    PYBIND11_NUMPY_DTYPE(SingleCoilRow, position_m, axis, gain, gain_deviation, covariance, chi_square, end);
     PYBIND11_NUMPY_DTYPE(SmoothedRow, time_s, valid, position_m, quaternion_wxyz, covariance, velocity_m_s, angular_rate_rad_s,
                          rate_covariance);
     PYBIND11_NUMPY_DTYPE(UpdateRow, time_s, range_m, azimuth_rad, elevation_rad, e_rho_m, e_alpha_rad, e_beta_rad, e_psi_rad,

@@ -43,17 +43,6 @@ struct SolutionRow {
     bool solved = false;
 };
 
-/// Pose of one sensor coil in the field of a generator.
-struct SingleCoilRow {
-    double position_m[3]{};
-    double axis[3]{};
-    double gain = 0;
-    double gain_deviation = 0;  // relative
-    double covariance[6][6]{};  // position (m), then axis
-    double chi_square = 0;
-    std::uint8_t end = 0;  // solver::SingleCoilEnd
-};
-
 /// Pose of the smoother, with rates in the source frame.
 struct SmoothedRow {
     double time_s = 0;

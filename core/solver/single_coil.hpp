@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "core/base/status.hpp"
@@ -18,14 +19,14 @@ struct SingleCoilPose {
 
 template <typename Scalar>
 struct SingleCoilParams {
-    Scalar gain = 0;                       // of the sensor coil; zero: unknown, estimated
-    Scalar gain_deviation = Scalar(2e-3);  // standard deviation of a known gain, relative
-    Vec3<Scalar> side =
-        Vec3<Scalar>::Zero();  // from the mean position of the source coils to the half space of the sensor; zero: unknown
-    int max_iterations = 40;   // trial steps of one start
-    Scalar step_tolerance = Scalar(1e-4);  // relative to the distance from the nearest source coil; convergence is quadratic
-    Scalar max_step = Scalar(0.4);         // of one step, relative to the same distance
-    Scalar max_misfit_share = Scalar(0);   // misfit that the generator's calibration leaves, relative to the couplings (norm)
+    Scalar gain = 0;                           // of the sensor coil; zero: unknown, estimated
+    Scalar gain_deviation = Scalar(2e-3);      // standard deviation of a known gain, relative
+    std::optional<Vec3<Scalar>> start_m;       // a position near the sensor; empty: unknown
+    Vec3<Scalar> side = Vec3<Scalar>::Zero();  // from the middle of the coils to the half space of the sensor; zero: unknown
+    int max_iterations = 40;                   // trial steps of one start
+    Scalar step_tolerance = Scalar(1e-4);      // relative to the distance from the nearest source coil; convergence is quadratic
+    Scalar max_step = Scalar(0.4);             // of one step, relative to the same distance
+    Scalar max_misfit_share = Scalar(0);       // misfit that the generator's calibration leaves, relative to the couplings (norm)
     Scalar max_deviation_share = Scalar(0.15);  // of position (relative to the distance) and axis
 };
 
@@ -50,22 +51,21 @@ struct SingleCoilSolution {
     [[nodiscard]] bool converged() const { return end == SingleCoilEnd::converged; }
 };
 
+/// Of all coils of the generator. weight: 1 / sigma, zero for a coil that is not used.
+template <typename Scalar>
+struct CoilCouplings {
+    std::span<const Scalar> value;
+    std::span<const Scalar> weight;
+};
+
 /// Minimises the sum over i of (weight_i (n.B_i(p) - c_i))^2, with a known gain also ((|n| - gain) / deviation)^2. For each p, n
 /// is a linear least-squares solution (variable projection, Golub and Pereyra 1973): steps have three parameters. No heap.
-/// couplings, weights: of all coils of the generator; weights are 1 / sigma, zero for a coil that is not used.
-/// Errors: invalid_argument (sizes, fewer equations than unknowns, gain), not_finite, degenerate (couplings zero, start at a
-/// coil).
+/// Without a start it refines the best of a grid around the generator, and keeps the least misfit. A second minimum that noise
+/// does not distinguish makes the pose `ambiguous`: flat coils in one plane have equal fields on both sides of it. Errors:
+/// invalid_argument (sizes, fewer equations than unknowns, gain), not_finite, degenerate (couplings zero).
 template <typename Scalar>
-Result<SingleCoilSolution<Scalar>> refine_single_coil(const field::Generator<Scalar>& generator,
-                                                      std::span<const Scalar> couplings, std::span<const Scalar> weights,
-                                                      const Vec3<Scalar>& start_m, const SingleCoilParams<Scalar>& params = {});
-
-/// The same without a start: refines the best of a grid of starts around the generator, and keeps the least misfit. A second
-/// minimum that noise does not distinguish from the best one makes the pose `ambiguous`: flat coils in one plane have equal
-/// fields on both sides of it.
-template <typename Scalar>
-Result<SingleCoilSolution<Scalar>> solve_single_coil(const field::Generator<Scalar>& generator, std::span<const Scalar> couplings,
-                                                     std::span<const Scalar> weights,
+Result<SingleCoilSolution<Scalar>> solve_single_coil(const field::Generator<Scalar>& generator,
+                                                     const CoilCouplings<Scalar>& measured,
                                                      const SingleCoilParams<Scalar>& params = {});
 
 }  // namespace tricoil::solver

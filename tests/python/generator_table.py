@@ -54,8 +54,8 @@ def recorded(folder):
             calibrated, _ = _generator_calibrate.run(of("md"), out=generator)
             result, _ = _generator_solve.run(of("ld"), generator=generator, side=side)
             t = result["truth"]
-            print(f"{name}: residual {100 * calibrated['residual']:.2f} %; {result['solved']} of {result['poses']} poses, {1e3 * t['position_rms_m']:.3f} mm, "
-                  f"{t['axis_rms_deg']:.3f} deg RMS, {t['wrong']} wrong; NEES {t['nees']:.2f}")
+            print(f"| recorded, {name}{', side given' if side else ''} | {result['solved']} of {result['poses']} | {1e3 * t['position_rms_m']:.3f} mm | "
+                  f"{t['axis_rms_deg']:.3f} deg | {t['wrong']} |   residual {100 * calibrated['residual']:.2f} %, NEES {t['nees']:.2f}")
             check(name, t["position_rms_m"] < position_m and t["axis_rms_deg"] < axis_deg and t["wrong"] == 0 and result["solved"] >= (1 - lost) * result["poses"])
 
 

@@ -93,8 +93,7 @@ class MotionError(unittest.TestCase):
         sigma = 1e-5 * np.sqrt(np.mean(couplings**2, axis=1))
         for gain in (1.0, None):
             error, turn = tricoil.generator_motion_error(generator, position, axis, velocity, np.cross(omega, axis), times, known_gain=gain is not None, sigma=sigma)
-            rows = tricoil._tricoil.solve_single_coil(generator.coils(), couplings, np.ascontiguousarray(1 / np.broadcast_to(sigma[:, None], couplings.shape)), gain or 0.0,
-                                                      2e-3, np.array(SIDE, float), 1.0, False, None)
+            rows = tricoil.solve_5dof(couplings, generator, sigma, gain=gain, side=SIDE)
             actual = rows["position_m"] - position
             small = np.linalg.norm(error, axis=1) < 0.01  # the first order holds
             with self.subTest(gain=gain):

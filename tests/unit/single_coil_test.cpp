@@ -64,7 +64,8 @@ Couplings<Scalar> weights(std::size_t count, double sigma) {
 template <typename Scalar>
 auto solved(const field::Generator<Scalar>& generator, const Couplings<Scalar>& c, double sigma,
             const SingleCoilParams<Scalar>& params) {
-    return solve_single_coil<Scalar>(generator, std::span<const Scalar>(c), weights<Scalar>(c.size(), sigma), params);
+    const Couplings<Scalar> w = weights<Scalar>(c.size(), sigma);
+    return solve_single_coil<Scalar>(generator, {c, w}, params);
 }
 
 TEST(GeneratorCoupling, GradientsAreThoseOfFiniteDifferences) {
@@ -176,7 +177,7 @@ TEST(SingleCoil, BadInputIsNamed) {
     const SingleCoilPose<double> pose{Vec3<double>(0.05, -0.02, 0.2), Vec3<double>(0.3, 0.5, 0.8)};
     const Couplings<double> good = couplings_of(generator, pose);
     const auto code = [&](Couplings<double> c, Couplings<double> w, double gain) {
-        return solve_single_coil<double>(generator, std::span<const double>(c), w, above<double>(gain)).status().code();
+        return solve_single_coil<double>(generator, {c, w}, above<double>(gain)).status().code();
     };
     const Couplings<double> equal = weights<double>(8, 1e-6);
     Couplings<double> five = equal;
@@ -198,9 +199,10 @@ TEST(SingleCoil, RefinesFromTheLastPose) {
     for (int i = 0; i < 100; ++i) {
         const auto pose = random_pose<double>(random, 1);
         const Couplings<double> c = couplings_of(generator, pose);
-        const Vec3<double> last = pose.position_m + 0.01 * random.direction();
-        const auto found =
-            refine_single_coil<double>(generator, std::span<const double>(c), weights<double>(8, 1e-7), last, above<double>(1));
+        const Couplings<double> w = weights<double>(8, 1e-7);
+        auto params = above<double>(1);
+        params.start_m = pose.position_m + 0.01 * random.direction();
+        const auto found = solve_single_coil<double>(generator, {c, w}, params);
         ASSERT_TRUE(found.ok() && found->converged());
         EXPECT_LE(found->iterations, 6);
         EXPECT_LT((found->pose.position_m - pose.position_m).norm(), 1e-6);

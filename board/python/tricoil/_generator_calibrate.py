@@ -39,14 +39,14 @@ def run(files, out=None, model=None):
         raise ValueError(f"{where}: {100 * residual:.1f} % of the couplings stay unexplained; are the poses those of the couplings, in the right units?")
     write_whole(out, to_toml(generator))
     return {"coils": count, "sensor_coils": len(generator.sensors), "rows": len(frames), "model": chosen, "residual": residual,
-            "misfit": dict(zip(generator.names, generator.misfit.tolist())), "left_handed_stage": generator.left_handed_stage,
-            "gain": {str(number): sensor.gain for number, sensor in generator.sensors.items()}, "out": os.fspath(out)}, generator
+            "misfit": [{"coil": name, "share": share} for name, share in zip(generator.names, generator.misfit.tolist())], "left_handed_stage": generator.left_handed_stage,
+            "gain": [{"sensor": number, "gain": sensor.gain} for number, sensor in generator.sensors.items()], "out": os.fspath(out)}, generator
 
 
 def text(r: dict) -> str:
     """The result as lines."""
     lines = [f"{r['coils']} coils from {r['rows']} rows of {r['sensor_coils']} sensor coils; model {r['model']}; {100 * r['residual']:.3f} % of the couplings unexplained"]
-    lines += [f"  {name:<14} {100 * misfit:.3f} %" for name, misfit in r["misfit"].items()]
+    lines += [f"  {one['coil']:<14} {100 * one['share']:.3f} %" for one in r["misfit"]]
     if r["left_handed_stage"]:
         lines.append("  the stage counts angles in the left-handed sense")
     return "\n".join([*lines, f"written to {r['out']}"]) + "\n"

@@ -10,6 +10,8 @@ from ._progress import bar
 
 #: Field `end` of a row.
 ENDS = ("converged", "not_converged", "misfit", "undetermined", "ambiguous")
+ROW = np.dtype([("position_m", "f8", 3), ("axis", "f8", 3), ("gain", "f8"), ("gain_deviation", "f8"), ("covariance", "f8", (6, 6)), ("chi_square", "f8"),
+                ("end", "u1")])
 GAIN_DEVIATION = 2e-3  # of a known gain, relative
 MISFIT_GATE = 4.0  # misfit beyond noise that is allowed, in units of the calibration's misfit
 
@@ -18,6 +20,16 @@ def deviations(generator: Generator, couplings: NDArray, sigma: ArrayLike) -> ND
     """Standard deviation of each coupling, (M, N): noise, and what the calibration does not explain."""
     noise = np.broadcast_to(np.asarray(sigma, float).reshape((-1, 1)) if np.ndim(sigma) == 1 else np.asarray(sigma, float), couplings.shape)
     return np.sqrt(noise**2 + (np.linalg.norm(couplings, axis=1, keepdims=True) * generator.misfit) ** 2)
+
+
+def _records(found):
+    """Of the binding's (M, 45): position, sensitivity, deviation of the gain, chi-square, end, covariance."""
+    rows = np.empty(len(found), ROW)
+    gain = np.linalg.norm(found[:, 3:6], axis=1)
+    rows["position_m"], rows["gain"], rows["axis"] = found[:, :3], gain, found[:, 3:6] / np.where(gain > 0, gain, 1)[:, None]
+    rows["gain_deviation"], rows["chi_square"], rows["end"] = found[:, 6], found[:, 7], found[:, 8]
+    rows["covariance"] = found[:, 9:].reshape(-1, 6, 6)
+    return rows
 
 
 def solve_5dof(
@@ -62,6 +74,7 @@ def solve_5dof(
     weights = np.where(np.ones(len(generator), bool) if used is None else np.asarray(used, bool), 1 / spread, 0.0)
     share = MISFIT_GATE * float(np.sqrt(np.mean(generator.misfit**2)))
     with bar("solve", progress) as show:
-        rows = _tricoil.solve_single_coil(generator.coils(), np.ascontiguousarray(generator.of_coils(values)), np.ascontiguousarray(weights),
+        found = _tricoil.solve_single_coil(generator.coils(), np.ascontiguousarray(generator.of_coils(values)), np.ascontiguousarray(weights),
                                           gain or 0.0, gain_deviation, towards, share, follow, show)
+    rows = _records(found)
     return rows if many else rows[0]
