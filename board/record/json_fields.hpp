@@ -99,8 +99,8 @@ void visit_tracker(Params& params, Visit&& visit) {
 
 template <typename Calibration, typename Visit>
 void visit_calibration(Calibration& known, Visit&& visit) {
-    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor, quadrature_floor, converters, low_band] =
-        known;
+    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor, quadrature_floor, converters, low_band,
+           surroundings_lag] = known;
     static_cast<void>(converters);  // not a parameter of trackers: the columns are corrected before the trackers
     auto& [source_offset_m, source_moment, sensor_offset_m, sensor_sensitivity, source_octupole_m2, sensor_octupole_m2,
            surroundings] = model;
@@ -121,6 +121,8 @@ void visit_calibration(Calibration& known, Visit&& visit) {
     visit("low_band_phase_rad", low_band.phase_rad);
     visit("low_band_quadrature_floor", low_band.quadrature_floor);
     visit("motion_lag_s", low_band.motion_lag_s);
+    visit("surroundings_quadrature", surroundings_lag.dipoles);
+    visit("surroundings_deviation", surroundings_lag.deviation);
 }
 
 }  // namespace tricoil::host
