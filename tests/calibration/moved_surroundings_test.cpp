@@ -75,9 +75,11 @@ protected:
         std::ofstream(clean) << "duration_s = 6\n[motion]\nkind = \"grid\"\ncentre_m = [0.45, 0.0, 0.05]\nnodes = [4, 4, 4]\n"
                                 "spacing_m = [0.1, 0.1, 0.1]\nrest_s = 0.09\n";
         run("run --seed 3 --duration 5.76 --fidelity columns --scenario " + clean + " --couplings " + data("clean"));
-        run("run --scenario table --fidelity columns --couplings " + data("grid"));
         run("calibrate stage --model concentric --out " + path("coils.toml") + " " + data("clean"));
-        run("calibrate surroundings --calibration " + path("coils.toml") + " --out " + path("room.toml") + " " + data("grid"));
+        for (const std::string mux : {"tdm", "fdm"}) {  // the quadratures depend on the carriers
+            run("run --scenario table --fidelity columns --mux " + mux + " --couplings " + data(mux));
+            run("calibrate surroundings --calibration " + path("coils.toml") + " --out " + path(mux + ".toml") + " " + data(mux));
+        }
     }
     static std::string path(const std::string& name) { return kFolder + "/" + name; }
     static std::string data(const std::string& name) { return path("soYoutZup_seYoutZup_" + name + ".csv"); }
@@ -87,8 +89,8 @@ protected:
         return result;
     }
 
-    /// The hand of table-hand above the table, which is lower than at the calibration.
-    static Poses track(int lowered_mm, const std::string& options) {
+    /// The hand of table-hand above the table, which is lower than at the calibration `room`.
+    static Poses track(int lowered_mm, const std::string& room, const std::string& options) {
         std::string text = read_file(TRICOIL_SCENARIOS "/table-hand.toml");
         for (const double place_m : {-0.45, -0.49}) {
             const std::string from = fmt::format("{:.2f}]", place_m);
@@ -98,7 +100,7 @@ protected:
             }
         }
         std::ofstream(path("lowered.toml")) << text;
-        run("run --fidelity columns --calibration " + path("room.toml") + " --scenario " + path("lowered.toml") + " --out " +
+        run("run --fidelity columns --calibration " + room + " --scenario " + path("lowered.toml") + " --out " +
             path("poses.csv") + " " + options);
         Poses poses = read_poses(path("poses.csv"));
         std::cout << fmt::format(
@@ -108,19 +110,19 @@ protected:
         return poses;
     }
 
-    static void expect_honest(int lowered_mm, const std::string& options) {
-        const Poses poses = track(lowered_mm, options);
+    static void expect_honest(int lowered_mm, const std::string& mux, const std::string& tracker, int duration_s) {
+        const std::string options = fmt::format("--mux {} --tracker {} --duration {}", mux, tracker, duration_s);
+        const Poses poses = track(lowered_mm, path(mux + ".toml"), options);
         EXPECT_LE(poses.wrong, poses.all / 1000) << lowered_mm << ' ' << options;
+        if (lowered_mm <= 30) {
+            EXPECT_GE(poses.share(poses.valid), lowered_mm == 0 ? 0.99 : 0.94) << lowered_mm << ' ' << options;
+        }
         if (lowered_mm == 0) {
-            EXPECT_LT(poses.rms_mm(), 0.5);
+            EXPECT_LT(poses.rms_mm(), 0.8);
             EXPECT_LE(poses.share(poses.distorted), 0.01) << options;
-            EXPECT_GE(poses.share(poses.valid), 0.98) << options;
             return;
         }
-        if (lowered_mm <= 30) {
-            EXPECT_GE(poses.share(poses.valid), 0.95) << lowered_mm << ' ' << options;
-        }
-        EXPECT_GE(poses.share(poses.distorted), 0.9) << lowered_mm << ' ' << options;
+        EXPECT_GE(poses.share(poses.distorted), 0.7) << lowered_mm << ' ' << options;
         ASSERT_FALSE(poses.shown.empty());
         EXPECT_GT(host::median(poses.shown), 0.5) << lowered_mm << ' ' << options;
         EXPECT_LT(host::median(poses.shown), 2) << lowered_mm << ' ' << options;
@@ -130,13 +132,11 @@ protected:
 };
 
 #ifdef TRICOIL_FULL
-TEST_F(MovedTable, IsStatedByEveryTrackerAtEveryPlace) {
-    for (const std::string mux : {"tdm", "fdm"}) {
-        for (const std::string tracker : {"direct", "previous", "scaat"}) {
+TEST_F(MovedTable, IsStatedByEveryTracker) {
+    for (const char* mux : {"tdm", "fdm"}) {
+        for (const char* tracker : {"direct", "previous", "scaat"}) {
             for (const int lowered_mm : {0, 10, 30, 100}) {
-                for (const int seed : {1, 2}) {
-                    expect_honest(lowered_mm, fmt::format("--mux {} --tracker {} --seed {}", mux, tracker, seed));
-                }
+                expect_honest(lowered_mm, mux, tracker, 10);
             }
         }
     }
@@ -144,23 +144,42 @@ TEST_F(MovedTable, IsStatedByEveryTrackerAtEveryPlace) {
 #else
 TEST_F(MovedTable, IsStated) {
     for (const int lowered_mm : {0, 10, 30}) {
-        expect_honest(lowered_mm, "--mux tdm --tracker direct --duration 3");
+        expect_honest(lowered_mm, "tdm", "direct", 4);
     }
-    expect_honest(30, "--mux fdm --tracker scaat --duration 3");
+    expect_honest(30, "fdm", "scaat", 4);
 }
 
-/// A calibration without the quadratures, of an older version, is read; moved metal then shows only in the misfit.
-TEST_F(MovedTable, IsLessCertainWithAnOlderCalibration) {
-    const std::string text = read_file(path("room.toml"));
+TEST_F(MovedTable, IsFoundByEvaluate) {
+    const std::string text = read_file(TRICOIL_SCENARIOS "/table.toml");
+    for (const bool lowered : {false, true}) {
+        std::string moved = text;
+        for (std::size_t at = moved.find("-0.4"); lowered && at != std::string::npos; at = moved.find("-0.4", at + 1)) {
+            moved.replace(at, 4, "-0.5");
+        }
+        std::ofstream(path("moved.toml")) << moved;
+        run("run --fidelity columns --mux tdm --duration 4.8 --scenario " + path("moved.toml") + " --couplings " + data("moved"));
+        const auto found = tricoil("evaluate --json --calibration " + path("tdm.toml") + " " + data("moved")).json();
+        EXPECT_EQ(found.at("surroundings").at("moved"), lowered) << found.at("surroundings");
+        EXPECT_GT(found.at("stated").at("nees_per_degree"), 0);
+    }
+}
+
+/// A calibration without the quadratures, of an older version, is read, with a notice.
+TEST_F(MovedTable, IsNotSeenWithAnOlderCalibration) {
+    const std::string text = read_file(path("tdm.toml"));
     const std::size_t first = text.find("[surroundings_quadrature]");
     ASSERT_NE(first, std::string::npos);
-    const std::string now = path("now.toml");
-    std::filesystem::rename(path("room.toml"), now);
-    std::ofstream(path("room.toml")) << text.substr(0, first) << text.substr(text.find("[source_stage", first));
-    const Poses poses = track(10, "--mux tdm --tracker direct --duration 3");
-    std::filesystem::rename(now, path("room.toml"));
-    EXPECT_LT(poses.share(poses.distorted), 0.5);
-    EXPECT_GT(poses.share(poses.valid), 0.95);
+    std::ofstream(path("older.toml")) << text.substr(0, first) << text.substr(text.find("[source_stage", first));
+    const Poses poses = track(10, path("older.toml"), "--mux tdm --tracker direct --duration 2");
+    EXPECT_LT(poses.share(poses.distorted), 0.1);
+    const auto run = tricoil("run --scenario table-hand --duration 0.5 --calibration " + path("older.toml"));
+    EXPECT_NE(run.err.find("older.toml: has no quadratures of the surroundings"), std::string::npos) << run.err;
+    std::string newer = text;
+    newer.replace(newer.find("version = 1", first), 11, "version = 2");
+    std::ofstream(path("newer.toml")) << newer;
+    const auto refused = tricoil("run --scenario table-hand --duration 0.5 --calibration " + path("newer.toml"));
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_NE(refused.err.find("'surroundings_quadrature.version' is not 1"), std::string::npos) << refused.err;
 }
 #endif
 

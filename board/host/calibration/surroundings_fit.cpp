@@ -366,9 +366,10 @@ private:
     bool relative_ = false;        // residuals relative to the quadrature of their pose, not metres
 };
 
-/// Fits the quadratures, each pose relative to its own. The deviation weights a pose by the size of the correction there.
+/// Fits the quadratures, each pose relative to its own.
 void add_quadratures(const field::GeneralDipole<double>& coils, const SurroundingsData& data, SurroundingsFit& fit) {
-    constexpr double kLargestDeviation = 0.15;  // noise, or metal without a quadrature of its own
+    constexpr double kDeviationPerMedian = 1.4826;  // of a normal distribution
+    constexpr double kLargestDeviation = 0.15;      // noise, or metal without a quadrature of its own
     SurroundingsData at_truths;
     for (std::size_t k = 0; k < fit.truths.size(); ++k) {
         const auto& [position_m, q] = fit.truths[k];
@@ -381,19 +382,13 @@ void add_quadratures(const field::GeneralDipole<double>& coils, const Surroundin
             {position_m, o.transpose(), field::signal_matrix(coils, position_m, o) + quadrature, quadrature});
     }
     const auto dipoles = SurroundingsSearch(coils, at_truths).fit_quadratures(fit.dipoles);
-    double squares = 0;
-    double weights = 0;
+    std::vector<double> off;
     for (const PlacedCouplings& pose : at_truths.poses) {
-        const auto couplings_of = [&](const std::vector<VirtualDipole>& metal) {
-            return field::induced_couplings<double>(coils, induced_by(coils, metal), pose.place_m, pose.rotation.transpose());
-        };
-        const Mat3<double> model = couplings_of(dipoles);
-        const double off = model.cwiseProduct(pose.quadrature).sum() / model.squaredNorm() - 1;
-        const double size_m = pose.place_m.norm() * couplings_of(fit.dipoles).norm() / pose.x.norm();
-        squares += size_m * size_m * off * off;
-        weights += size_m * size_m;
+        const Mat3<double> model =
+            field::induced_couplings<double>(coils, induced_by(coils, dipoles), pose.place_m, pose.rotation.transpose());
+        off.push_back(std::abs(model.cwiseProduct(pose.quadrature).sum() / model.squaredNorm() - 1));
     }
-    fit.quadrature_deviation = std::sqrt(squares / weights);
+    fit.quadrature_deviation = kDeviationPerMedian * median(off);
     if (fit.quadrature_deviation < kLargestDeviation) {
         fit.quadrature = dipoles;
     }

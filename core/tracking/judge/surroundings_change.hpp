@@ -9,9 +9,10 @@
 namespace tricoil::tracking {
 
 /// Metal that moves changes its couplings in phase and its quadratures by nearly the same share: a table 1, 3, 10 cm lower
-/// (tests/calibration/moved_surroundings_test) by 0.07, 0.21, 0.56 in phase and 0.07, 0.18, 0.48 in quadrature. No pose changes
+/// (tests/calibration/moved_surroundings_test) by 0.07, 0.21, 0.56 in phase and 0.07, 0.19, 0.50 in quadrature. No pose changes
 /// the quadratures, so their ratio to the calibrated ones shows that share. The error of the pose is then nearly parallel to the
-/// correction of the surroundings, and that share of it.
+/// correction of the surroundings, and that share of it. Motion causes quadratures too: constant times the rates of the columns,
+/// which are estimated with the share.
 class SurroundingsChange {
 public:
     /// coils: with calibrated quadratures of the surroundings.
@@ -22,6 +23,9 @@ public:
     void update(const Column<double>& column, std::optional<PoseEstimate<double>>& pose);
 
 private:
+    static constexpr int kStates = 1 + kSourceCoils * kSourceCoils;
+    using State = Matrix<double, kStates, 1>;
+
     void learn(const Mat3<double>& expected);
     void cover(PoseEstimate<double>& pose);
 
@@ -30,10 +34,11 @@ private:
     calibration::CoilCorrection<double> phases_;
     SignalMatrixAssembler<double> columns_;
     ColumnMotion<double> motion_;
-    int fresh_ = 0;        // columns since the last call of learn()
-    DeviceTime time_{};    // of that call
-    double change_ = 0;    // of the couplings of the metal, as a share of the calibrated ones
-    double variance_ = 1;  // of change_
+    int fresh_ = 0;                          // columns since the last call of learn()
+    DeviceTime time_{};                      // of that call
+    Mat3<double> x_ = Mat3<double>::Zero();  // its couplings
+    State state_ = State::Zero();            // the share; then for each column its quadrature over the rates of the three, s
+    Matrix<double, kStates, kStates> covariance_;
 };
 
 }  // namespace tricoil::tracking
