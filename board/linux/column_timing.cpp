@@ -22,6 +22,7 @@ tracking::TrackerTap<double>::Settings tracker_settings(const DeviceLoopParams& 
         common.max_column_span = microseconds_from_seconds(is_tdm ? 0.8 / frame_rate_hz : 0);
         if (settings.calibration) {
             settings.calibration->quadrature_floor = 1;
+            settings.calibration->surroundings_lag = {};
         }
     }
     if (auto* bands = std::get_if<tracking::DualBandParams>(&settings.tracker.method)) {

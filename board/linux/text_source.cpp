@@ -170,6 +170,7 @@ void TextSource::begin(const TextTiming& timing) {
         common.quadrature_floor = 1;
         if (settings.calibration) {
             settings.calibration->quadrature_floor = 1;
+            settings.calibration->surroundings_lag = {};
         }
     }
     if (const Status status = tracking::AnyTracker::check(settings.tracker, settings.calibration); !status.ok()) {

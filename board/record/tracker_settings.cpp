@@ -33,10 +33,19 @@ OrderedJson value_of(const field::InducedDipoles<double>& dipoles) {
 }
 
 /// Fields that older recordings of the same version do not have; their defaults are right for these.
-const std::set<std::string_view> kAddedLater{
-    "surroundings",           "calibrated_misfit_floor", "calibrated_quadrature_floor", "quadrature_floor", "quadrature_lag_s",
-    "low_band_ratio",         "low_band_phase_rad",      "low_band_quadrature_floor",   "motion_lag_s",     "filter",
-    "filter_predict_ahead_us"};
+const std::set<std::string_view> kAddedLater{"surroundings",
+                                             "calibrated_misfit_floor",
+                                             "calibrated_quadrature_floor",
+                                             "quadrature_floor",
+                                             "quadrature_lag_s",
+                                             "low_band_ratio",
+                                             "low_band_phase_rad",
+                                             "low_band_quadrature_floor",
+                                             "motion_lag_s",
+                                             "filter",
+                                             "filter_predict_ahead_us",
+                                             "surroundings_quadrature",
+                                             "surroundings_deviation"};
 
 /// The same for every field of the pick-up.
 bool is_added_later(std::string_view key) { return kAddedLater.contains(key) || key.find("pick_up") != std::string_view::npos; }

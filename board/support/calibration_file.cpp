@@ -8,6 +8,7 @@
 #include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/text_table.hpp"
 
 namespace tricoil::host {
@@ -55,18 +56,18 @@ std::map<std::string, Rigid> read_fixtures(const std::string& path, const std::s
     return fixtures;
 }
 
-std::string surroundings_text(const std::vector<VirtualDipole>& surroundings) {
+std::string dipoles_text(const char* key, const std::vector<VirtualDipole>& dipoles) {
     std::string text;
-    for (const VirtualDipole& dipole : surroundings) {
-        text +=
-            "\n[[surroundings]]\n" + line("position_m", dipole.position_m) + line("polarisability_m3", dipole.polarisability_m3);
+    for (const VirtualDipole& dipole : dipoles) {
+        text += fmt::format("\n[[{}]]\n", key) + line("position_m", dipole.position_m) +
+                line("polarisability_m3", dipole.polarisability_m3);
     }
     return text;
 }
 
-std::vector<VirtualDipole> read_surroundings(CheckedTable& top) {
-    auto tables = top.children("surroundings");
-    top.require(tables.size() <= field::kMaxInducedDipoles, "surroundings",
+std::vector<VirtualDipole> read_dipoles(CheckedTable& top, const char* key) {
+    auto tables = top.children(key);
+    top.require(tables.size() <= field::kMaxInducedDipoles, key,
                 fmt::format("has more than {} tables", field::kMaxInducedDipoles));
     std::vector<VirtualDipole> surroundings;
     for (CheckedTable& table : tables) {
@@ -163,13 +164,20 @@ signal::ConverterErrors read_converters(CheckedTable& top) {
 
 }  // namespace
 
-void set_surroundings(CalibrationFile& file, std::vector<VirtualDipole> surroundings) {
-    file.surroundings = std::move(surroundings);
-    auto& model = file.calibration.model;
-    model.surroundings = {};
-    for (const VirtualDipole& dipole : file.surroundings) {
-        (void)model.surroundings.push_back(field::induced_dipole(model, dipole.position_m, dipole.polarisability_m3));
+field::InducedDipoles<double> induced_by(const field::GeneralDipole<double>& coils, const std::vector<VirtualDipole>& dipoles) {
+    field::InducedDipoles<double> induced;
+    for (const VirtualDipole& dipole : dipoles) {
+        (void)induced.push_back(field::induced_dipole(coils, dipole.position_m, dipole.polarisability_m3));
     }
+    return induced;
+}
+
+void set_surroundings(CalibrationFile& file, std::vector<VirtualDipole> surroundings, SurroundingsQuadrature quadrature) {
+    file.surroundings = std::move(surroundings);
+    file.quadrature = std::move(quadrature);
+    auto& c = file.calibration;
+    c.model.surroundings = induced_by(c.model, file.surroundings);
+    c.surroundings_lag = {induced_by(c.model, file.quadrature.dipoles), file.quadrature.deviation};
 }
 
 std::string to_toml(const CalibrationFile& file) {
@@ -192,8 +200,12 @@ std::string to_toml(const CalibrationFile& file) {
         text += line("turning", file.stage_errors.turning) + line("room", file.stage_errors.room) +
                 line("stray", file.stage_errors.stray);
     }
-    return text + surroundings_text(file.surroundings) + fixtures_text("source_stage", file.source_stage) +
-           fixtures_text("mount_sensor", file.mount_sensor);
+    text += dipoles_text("surroundings", file.surroundings);
+    if (!file.quadrature.dipoles.empty()) {
+        text += fmt::format("\n[surroundings_quadrature]\nversion = 1\ndeviation = {:.6g}\n", file.quadrature.deviation) +
+                dipoles_text("surroundings_quadrature.dipole", file.quadrature.dipoles);
+    }
+    return text + fixtures_text("source_stage", file.source_stage) + fixtures_text("mount_sensor", file.mount_sensor);
 }
 
 CalibrationFile read_calibration(const std::string& path) {
@@ -246,7 +258,11 @@ CalibrationFile read_calibration(const std::string& path) {
                       "is larger than 0.5; errors of a real stage are smaller");
     }
     stage.finish();
-    set_surroundings(file, read_surroundings(top));
+    auto lag = top.child("surroundings_quadrature");
+    lag.require(lag.number("version", 1) == 1, "version", "is not 1; calibrate the surroundings again with this software");
+    SurroundingsQuadrature quadrature{read_dipoles(lag, "dipole"), lag.number("deviation", 0)};
+    lag.finish();
+    set_surroundings(file, read_dipoles(top, "surroundings"), std::move(quadrature));
     top.child("source_stage");
     top.child("mount_sensor");
     top.finish();
@@ -254,6 +270,12 @@ CalibrationFile read_calibration(const std::string& path) {
     file.mount_sensor = read_fixtures(path, "mount_sensor", root);
     const Status status = calibration::check(c);
     refuse_if(!status.ok(), "{}: {}", path, status.message());
+    if (!file.surroundings.empty() && file.quadrature.dipoles.empty()) {
+        print_notice(
+            "tricoil: {}: has no quadratures of the surroundings: poses do not show metal that moves by a few centimetres; to "
+            "change that, calibrate the surroundings again, with quadratures\n",
+            path);
+    }
     return file;
 }
 

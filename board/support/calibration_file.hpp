@@ -37,6 +37,12 @@ struct VirtualDipole {
     Mat3<double> polarisability_m3 = Mat3<double>::Zero();  // symmetric
 };
 
+/// Virtual dipoles of the quadratures, not at the same places, and calibration::SurroundingsLag::deviation. No dipoles: unknown.
+struct SurroundingsQuadrature {
+    std::vector<VirtualDipole> dipoles;
+    double deviation = 0;
+};
+
 /// Model of coils from free motion without a coupling constant: the scale of all lengths is not known.
 inline constexpr const char* kFreeMotionModel = "free-motion";
 
@@ -50,13 +56,17 @@ struct CalibrationFile {
     StageErrors stage_errors;                 // of the set that was used; the flash blob does not contain them
     double residual_rms = 0;                  // relative to the couplings
     std::vector<VirtualDipole> surroundings;  // set_surroundings() sets the dipoles of the tracker from these
+    SurroundingsQuadrature quadrature;        // likewise; not in the flash blob
 };
 
 /// Free motion without a known coupling constant leaves the scale of all lengths open.
 inline bool has_free_scale(const CalibrationFile& file) { return file.model == kFreeMotionModel; }
 
+/// Moments that the source coils induce.
+field::InducedDipoles<double> induced_by(const field::GeneralDipole<double>& coils, const std::vector<VirtualDipole>& dipoles);
+
 /// Sets the virtual dipoles, also those of the tracker: moments that the source coils of the file induce.
-void set_surroundings(CalibrationFile& file, std::vector<VirtualDipole> surroundings);
+void set_surroundings(CalibrationFile& file, std::vector<VirtualDipole> surroundings, SurroundingsQuadrature quadrature = {});
 
 std::string to_toml(const CalibrationFile& file);
 

@@ -51,6 +51,15 @@ struct LowBand<double> {
     PickUp<double> pick_up;
 };
 
+/// Quadratures of the surroundings. Only in double, because images do not judge quadratures.
+template <typename Scalar>
+struct SurroundingsLag {};
+template <>
+struct SurroundingsLag<double> {
+    field::InducedDipoles<double> dipoles;  // as model.surroundings, at other places; empty: unknown
+    double deviation = 0;                   // standard deviation of their ratio to the measured ones while nothing moves
+};
+
 template <typename Scalar>
 struct Calibration {
     field::GeneralDipole<Scalar> model;                     // moments and sensitivities hold gains and non-orthogonality
@@ -63,14 +72,21 @@ struct Calibration {
     signal::ConverterErrors converters;  // of the board that measured the couplings
     PickUp<Scalar> pick_up;
     [[no_unique_address]] LowBand<Scalar> low_band;
+    [[no_unique_address]] SurroundingsLag<Scalar> surroundings_lag;
 
     template <typename Other>
-    [[nodiscard]] Calibration<Other> cast() const {  // without low_band
-        return {model.template cast<Other>(),           phase_rad.template cast<Other>(),
-                hemisphere.template cast<Other>(),      output_linear.template cast<Other>(),
-                output_offset_m.template cast<Other>(), static_cast<Other>(misfit_floor),
-                static_cast<Other>(quadrature_floor),   converters,
-                pick_up.template cast<Other>(),         {}};
+    [[nodiscard]] Calibration<Other> cast() const {  // without the parts only in double
+        return {model.template cast<Other>(),
+                phase_rad.template cast<Other>(),
+                hemisphere.template cast<Other>(),
+                output_linear.template cast<Other>(),
+                output_offset_m.template cast<Other>(),
+                static_cast<Other>(misfit_floor),
+                static_cast<Other>(quadrature_floor),
+                converters,
+                pick_up.template cast<Other>(),
+                {},
+                {}};
     }
 };
 
@@ -94,7 +110,7 @@ Status check(const field::InducedDipoles<Scalar>& surroundings, const Mat3<Scala
 /// Errors: not_finite (NaN or infinity), invalid_argument (linearly dependent moments or sensitivities, an offset beyond 1 m, an
 /// output correction or a misfit floor beyond 0.1, a quadrature floor beyond 1, a ratio of the bands beyond 0.5 to 2, a phase of
 /// the low band that is not finite, a lag by motion beyond 5 ms, pick-up beyond the couplings at 0.2 m, a virtual dipole at a
-/// source coil or beyond 100 m).
+/// source coil or beyond 100 m, a deviation of the surroundings' quadrature beyond 1).
 template <typename Scalar>
 Status check(const Calibration<Scalar>& c) {
     const bool finite =
@@ -141,6 +157,12 @@ Status check(const Calibration<Scalar>& c) {
         }
         if (!c.low_band.motion_lag_s.isZero(5e-3)) {
             return {StatusCode::invalid_argument, "calibration: the lag by motion must be -0.005 to 0.005 s"};
+        }
+        if (const Status status = check(c.surroundings_lag.dipoles, c.model.source_offset_m); !status.ok()) {
+            return status;
+        }
+        if (!(c.surroundings_lag.deviation >= 0 && c.surroundings_lag.deviation <= 1)) {
+            return {StatusCode::invalid_argument, "calibration: the deviation of the surroundings' quadrature must be 0 to 1"};
         }
     }
     return check(c.model.surroundings, c.model.source_offset_m);

@@ -119,6 +119,16 @@ Mat3<Scalar> signal_matrix(const GeneralDipole<Scalar>& model, const Vec3<Scalar
     return x;
 }
 
+/// Couplings of virtual dipoles alone, in the coils of the model.
+template <typename Scalar>
+Mat3<Scalar> induced_couplings(GeneralDipole<Scalar> model, const InducedDipoles<Scalar>& dipoles, const Vec3<Scalar>& position_m,
+                               const Mat3<Scalar>& o) {
+    model.surroundings = {};
+    const Mat3<Scalar> bare = signal_matrix(model, position_m, o);
+    model.surroundings = dipoles;
+    return signal_matrix(model, position_m, o) - bare;
+}
+
 /// Signal matrix and Jacobian of vec(X), in column order, with respect to (position, small rotation), source frame: 9 x 6.
 template <typename Scalar>
 struct SignalModel {

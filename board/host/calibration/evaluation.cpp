@@ -20,6 +20,9 @@
 #include "core/linear/eigen.hpp"
 #include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
+#include "core/solver/pose_covariance.hpp"
+#include "core/tracking/judge/misfit.hpp"
+#include "core/tracking/tracker_params.hpp"
 #include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
@@ -79,6 +82,18 @@ Found solve_refined_pose(const calibration::Calibration<double>& c, const Mat3<d
     }
     const auto& r = solution->refinement;
     return {r.pose, r.converged() && solution->right_handed, solution->iterations, r.misfit_share};
+}
+
+/// Covariance of the position that a tracker states for these couplings without noise, from the floor and the misfit.
+Mat3<double> stated_covariance(double misfit_floor, const Mat3<double>& x, const Found& found) {
+    const double strength = x.norm() / std::sqrt(1.5);
+    const double floor = tracking::floor_variance(misfit_floor, strength);
+    const double misfit = found.misfit_share * x.norm() * found.misfit_share * x.norm();
+    const bool significant = misfit > tracking::CommonParams<double>{}.distortion_gate * floor;
+    const double hidden = significant ? tracking::kHiddenShare * tracking::kHiddenShare * misfit / 3 : 0;
+    const double range_m = found.pose.position_m.norm();
+    return solver::pose_covariance<double>(strength, range_m, found.pose.position_m / range_m, std::sqrt(floor + hidden))
+        .topLeftCorner<3, 3>();
 }
 
 }  // namespace
@@ -153,6 +168,15 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
         error.rotation_error_rad =
             geometry::quaternion_to_rotation_vector<double>(found.pose.q_source_sensor * truth.q_source_sensor.conjugate());
         error.misfit_share = found.misfit_share;
+        if (const Mat3<double> stated = stated_covariance(c.misfit_floor, x, found); stated.trace() > 0) {
+            error.deviation_m = std::sqrt(stated.trace());
+            error.sigmas = std::sqrt(error.error_m.dot(stated.inverse() * error.error_m));
+        }
+        if (const auto& metal = c.surroundings_lag.dipoles; pose.quadrature && !metal.empty()) {
+            const Mat3<double> lag = field::induced_couplings<double>(c.model, metal, truth.position_m,
+                                                                      truth.q_source_sensor.toRotationMatrix().transpose());
+            error.surroundings_change = lag.cwiseProduct(*pose.quadrature).sum() / lag.squaredNorm() - 1;
+        }
         error.unexplained_share = std::min((expected - pose.x).norm() / pose.x.norm(), 1.0);
         errors.push_back(error);
     });

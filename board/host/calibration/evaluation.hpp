@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "board/host/calibration/pose_set.hpp"
@@ -20,8 +21,11 @@ struct EvaluatedPose {
     Vec3<double> truth_m = Vec3<double>::Zero();
     Vec3<double> error_m = Vec3<double>::Zero();  // tracker minus stage
     Vec3<double> rotation_error_rad = Vec3<double>::Zero();
-    double misfit_share = 0;       // share of the couplings that the pose does not explain
-    double unexplained_share = 0;  // that the true pose does not explain, at most 1
+    double misfit_share = 0;                    // share of the couplings that the pose does not explain
+    double sigmas = 0;                          // of the position error by the covariance that a tracker states without noise
+    double deviation_m = 0;                     // its position (3D); 0: the calibration has no floor
+    std::optional<double> surroundings_change;  // of their quadratures, as a share of the calibrated ones
+    double unexplained_share = 0;               // that the true pose does not explain, at most 1
 };
 
 struct Fixtures {

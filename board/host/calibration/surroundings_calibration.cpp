@@ -90,7 +90,8 @@ SurroundingsData data_at_known_fixtures(const CalibrationFile& coils, std::vecto
     correct_wiring(coils, files);
     SurroundingsData data;
     for_each_pose(coils, files, [&](std::size_t, const MeasuredPose& pose, const solver::RigidPose<double>& truth) {
-        data.poses.push_back({truth.position_m, truth.q_source_sensor.toRotationMatrix(), pose.x});
+        data.poses.push_back(
+            {truth.position_m, truth.q_source_sensor.toRotationMatrix(), pose.x, pose.quadrature.value_or(Mat3<double>::Zero())});
     });
     return data;
 }
@@ -114,8 +115,8 @@ SurroundingsData data_at_unknown_fixtures(const CalibrationFile& coils, std::vec
     data.mount = rigid_block(start.mount_sensor.at(mount_name).translation_m);
     for (const PoseFile& file : files) {
         for (const MeasuredPose& pose : file.poses) {
-            data.poses.push_back(
-                {start.stage_errors.position_m(pose.stage_position_m, pose.stage_rotation), pose.stage_rotation, pose.x});
+            data.poses.push_back({start.stage_errors.position_m(pose.stage_position_m, pose.stage_rotation), pose.stage_rotation,
+                                  pose.x, pose.quadrature.value_or(Mat3<double>::Zero())});
         }
     }
     return data;
@@ -141,15 +142,16 @@ SurroundingsData data_on_grid(const CalibrationFile& coils, const std::vector<Gr
     data.starts.frame = fit_similarity(nodes, positions).rotation;
     data.frame = rigid_block(positions.rowwise().mean() - eigen(data.starts.frame) * nodes.rowwise().mean());
     for (std::size_t k = 0; k < frames.size(); ++k) {
-        data.poses.push_back({nodes.col(static_cast<Index>(k)), data.starts.frame.transpose() * attitudes[k], frames[k].x});
+        data.poses.push_back({nodes.col(static_cast<Index>(k)), data.starts.frame.transpose() * attitudes[k], frames[k].x,
+                              frames[k].quadrature.value_or(Mat3<double>::Zero())});
     }
     return data;
 }
 
 SurroundingsCalibration add_surroundings(const CalibrationFile& coils, const SurroundingsFit& fit, const SurroundingsData& data) {
     SurroundingsCalibration calibrated{coils, errors_of_model(coils.calibration.model, data, fit.truths), {}};
-    calibrated.file.calibration.quadrature_floor = 1;  // the dipoles do not describe the quadrature of the surroundings
-    set_surroundings(calibrated.file, fit.dipoles);
+    calibrated.file.calibration.quadrature_floor = 1;  // of the coils alone
+    set_surroundings(calibrated.file, fit.dipoles, {fit.quadrature, fit.quadrature_deviation});
     calibrated.with = errors_of_model(calibrated.file.calibration.model, data, fit.truths);
     refuse_bad_fit(calibrated.without, calibrated.with, fit.truths);
     calibrated.file.calibration.misfit_floor = misfit_floor_of(calibrated.with.misfit_max);

@@ -172,6 +172,18 @@ public:
     SurroundingsSearch(const field::GeneralDipole<double>& coils, const SurroundingsData& data)
         : coils_(coils), data_(data), frame_(data.frame), mount_(data.mount), turns_(data.poses.size()) {}
 
+    /// Dipoles of the quadratures, from these places. The data are the couplings of the coils plus the quadratures, at known
+    /// poses.
+    std::vector<VirtualDipole> fit_quadratures(const std::vector<VirtualDipole>& places) {
+        relative_ = true;
+        for (const VirtualDipole& dipole : places) {
+            dipoles_.resize(dipoles_.size() + kDipole);
+            copy_rows(dipole.position_m / kLengthUnit_m, &dipoles_[dipoles_.size() - kDipole]);
+        }
+        solve(nullptr);
+        return dipoles_of(dipoles_);
+    }
+
     SurroundingsFit run() {
         solve(nullptr);
         SurroundingsFit fit;
@@ -196,9 +208,7 @@ public:
                   1e3 * fit.residual_before_m);
         solve(std::make_unique<ceres::CauchyLoss>(loss_of(norms_m())));
         fit.residual_m = rms_m();
-        for (int d = 0; d < dipoles(); ++d) {
-            fit.dipoles.push_back(dipole_of(&dipoles_[static_cast<std::size_t>(kDipole * d)]));
-        }
+        fit.dipoles = dipoles_of(dipoles_);
         fit.frame = rigid_of(frame_, data_.starts.frame);
         fit.mount = rigid_of(mount_, data_.starts.mount);
         for (std::size_t k = 0; k < data_.poses.size(); ++k) {
@@ -226,6 +236,9 @@ private:
     }
 
     [[nodiscard]] Matrix<double, 9, 9> weight(std::size_t k) const {
+        if (relative_) {
+            return Matrix<double, 9, 9>::Identity() / data_.poses[k].quadrature.norm();
+        }
         const auto at = pose(k);
         const double strength = data_.poses[k].x.norm() / std::sqrt(1.5);
         return pose_weight(with_surroundings(coils_, dipoles_), at, at.position_m.norm() / (3 * strength));
@@ -350,13 +363,44 @@ private:
     RigidBlock mount_;
     std::vector<Turn> turns_;
     std::vector<double> dipoles_;  // kDipole numbers each
+    bool relative_ = false;        // residuals relative to the quadrature of their pose, not metres
 };
+
+/// Fits the quadratures, each pose relative to its own.
+void add_quadratures(const field::GeneralDipole<double>& coils, const SurroundingsData& data, SurroundingsFit& fit) {
+    constexpr double kDeviationPerMedian = 1.4826;  // of a normal distribution
+    constexpr double kLargestDeviation = 0.15;      // noise, or metal without a quadrature of its own
+    SurroundingsData at_truths;
+    for (std::size_t k = 0; k < fit.truths.size(); ++k) {
+        const auto& [position_m, q] = fit.truths[k];
+        const Mat3<double>& quadrature = data.poses[k].quadrature;
+        const Mat3<double> o = q.toRotationMatrix().transpose();
+        if (quadrature.isZero(0)) {
+            return;
+        }
+        at_truths.poses.push_back(
+            {position_m, o.transpose(), field::signal_matrix(coils, position_m, o) + quadrature, quadrature});
+    }
+    const auto dipoles = SurroundingsSearch(coils, at_truths).fit_quadratures(fit.dipoles);
+    std::vector<double> off;
+    for (const PlacedCouplings& pose : at_truths.poses) {
+        const Mat3<double> model =
+            field::induced_couplings<double>(coils, induced_by(coils, dipoles), pose.place_m, pose.rotation.transpose());
+        off.push_back(std::abs(model.cwiseProduct(pose.quadrature).sum() / model.squaredNorm() - 1));
+    }
+    fit.quadrature_deviation = kDeviationPerMedian * median(off);
+    if (fit.quadrature_deviation < kLargestDeviation) {
+        fit.quadrature = dipoles;
+    }
+}
 
 }  // namespace
 
 SurroundingsFit fit_surroundings(const field::GeneralDipole<double>& coils, const SurroundingsData& data) {
     check_places(data.poses);
-    return SurroundingsSearch(coils, data).run();
+    SurroundingsFit fit = SurroundingsSearch(coils, data).run();
+    add_quadratures(coils, data, fit);
+    return fit;
 }
 
 }  // namespace tricoil::host

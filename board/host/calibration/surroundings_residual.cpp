@@ -21,13 +21,17 @@ void write_weighted(double* out, const Matrix<double, 9, 9>& weight, const Matri
 
 VirtualDipole dipole_of(const double* p) { return {length_of(p), kPolarisabilityUnit_m3 * symmetric_matrix(p + 3)}; }
 
+std::vector<VirtualDipole> dipoles_of(std::span<const double> p) {
+    std::vector<VirtualDipole> dipoles;
+    for (std::size_t at = 0; at < p.size(); at += kDipole) {
+        dipoles.push_back(dipole_of(&p[at]));
+    }
+    return dipoles;
+}
+
 field::GeneralDipole<double> with_surroundings(const field::GeneralDipole<double>& coils, std::span<const double> p) {
     field::GeneralDipole<double> model = coils;
-    model.surroundings = {};
-    for (std::size_t at = 0; at < p.size(); at += kDipole) {
-        const VirtualDipole dipole = dipole_of(&p[at]);
-        (void)model.surroundings.push_back(field::induced_dipole(coils, dipole.position_m, dipole.polarisability_m3));
-    }
+    model.surroundings = induced_by(coils, dipoles_of(p));
     return model;
 }
 

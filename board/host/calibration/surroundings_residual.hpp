@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "board/host/calibration/pose_residual.hpp"
 #include "board/support/calibration_file.hpp"
@@ -17,6 +18,7 @@ constexpr double kPolarisabilityUnit_m3 = 1e-3;
 constexpr int kTurn = 3;  // rotation vector of the attitude of one pose, rad
 
 VirtualDipole dipole_of(const double* p);
+std::vector<VirtualDipole> dipoles_of(std::span<const double> p);
 
 /// The coils with the virtual dipoles of `p`, kDipole numbers each.
 field::GeneralDipole<double> with_surroundings(const field::GeneralDipole<double>& coils, std::span<const double> p);
@@ -27,6 +29,7 @@ struct PlacedCouplings {
     Vec3<double> place_m;
     Mat3<double> rotation;  // mount to stage, or the start value of the attitude in the grid's frame
     Mat3<double> x;
+    Mat3<double> quadrature = Mat3<double>::Zero();  // zero: unknown
 };
 
 /// Start rotations of the blocks; the blocks contain rotation vectors relative to them.

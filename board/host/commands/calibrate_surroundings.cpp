@@ -84,6 +84,12 @@ CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Calib
     result["without_surroundings"] = json_of(calibrated.without);
     result["with_surroundings"] = json_of(calibrated.with);
     result["misfit_floor"] = file.calibration.misfit_floor;
+    if (file.quadrature.dipoles.empty()) {
+        report.warnings.emplace_back(
+            "the quadratures of the surroundings are unknown or too small: trackers show only surroundings that moved far");
+    } else {
+        result["quadrature_deviation"] = file.quadrature.deviation;
+    }
     if (!command.spacing_mm && !command.refit_fixtures) {
         return std::move(file);
     }
@@ -100,10 +106,14 @@ std::string surroundings_text(const Json& r) {
     for (const Json& dipole : r["dipoles"]) {
         text += fill(dipole, "  dipole at {position_m/0 in mm:>8.1f} {position_m/1 in mm:>8.1f} {position_m/2 in mm:>8.1f} mm\n");
     }
-    return text + fill(r,
-                       "  on these poses: {without_surroundings/position_rms_m in mm:.3f} mm RMS without surroundings, "
-                       "{with_surroundings/position_rms_m in mm:.3f} mm with them (maximum "
-                       "{with_surroundings/position_max_m in mm:.3f} mm)\n");
+    return text +
+           fill(r,
+                "  on these poses: {without_surroundings/position_rms_m in mm:.3f} mm RMS without surroundings, "
+                "{with_surroundings/position_rms_m in mm:.3f} mm with them (maximum "
+                "{with_surroundings/position_max_m in mm:.3f} mm)\n") +
+           (r.contains("quadrature_deviation")
+                ? fill(r, "  their quadratures show a change by more than {quadrature_deviation in %:.1f} % of the correction\n")
+                : "");
 }
 
 }  // namespace

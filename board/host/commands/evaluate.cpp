@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -96,6 +97,48 @@ void count_quadratures(const calibration::Calibration<double>& known, const std:
         shares.begin(), shares.end(), [&](double share) { return exceeds_quadrature_floor(share, known.quadrature_floor); });
 }
 
+/// Errors of the positions in standard deviations that a tracker states without noise.
+void compare_with_stated(const std::vector<EvaluatedPose>& errors, Json& result) {
+    constexpr std::array<double, 3> kNormalWithin{0.1987, 0.7385, 0.9707};  // of a normal distribution in three dimensions
+    double squared_m2 = 0;
+    double squared_sigmas = 0;
+    std::array<double, 3> within{};
+    double poses = 0;
+    for (const EvaluatedPose& e : errors) {
+        if (e.converged && e.deviation_m > 0) {
+            ++poses;
+            squared_m2 += e.deviation_m * e.deviation_m;
+            squared_sigmas += e.sigmas * e.sigmas;
+            for (std::size_t n = 0; n < within.size(); ++n) {
+                within[n] += e.sigmas <= static_cast<double>(n + 1) ? 1 : 0;
+            }
+        }
+    }
+    std::ranges::for_each(within, [&](double& share) { share /= poses; });
+    if (poses > 0) {
+        result["stated"] = {{"position_rms_m", std::sqrt(squared_m2 / poses)},
+                            {"within_1_2_3_sigma", within},
+                            {"expected_within", kNormalWithin},
+                            {"nees_per_degree", squared_sigmas / (3 * poses)}};
+    }
+}
+
+/// Mean change of the quadratures of the surroundings, whose calibration leaves `deviation` at each pose.
+void judge_surroundings(const std::vector<EvaluatedPose>& errors, double deviation, Json& result) {
+    constexpr double kGate = 3;  // standard deviations of the mean
+    double sum = 0;
+    double poses = 0;
+    for (const EvaluatedPose& error : errors) {
+        sum += error.surroundings_change.value_or(0);
+        poses += error.surroundings_change ? 1 : 0;
+    }
+    if (poses > 0) {
+        const double sigma = deviation / std::sqrt(poses);
+        result["surroundings"] = {
+            {"change", sum / poses}, {"change_sigma", sigma}, {"moved", std::abs(sum / poses) > kGate * sigma}};
+    }
+}
+
 std::string row(const std::string& name, const Json& band) {
     return fmt::format("  {:<14}", name) +
            fill(band,
@@ -123,6 +166,20 @@ std::string evaluation_text(const Json& r) {
         text += fill(r,
                      "  {poses_beyond_quadrature_floor} poses have a quadrature beyond the calibrated floor "
                      "({quadrature_floor in %:.3f} % per coupling)\n");
+    }
+    if (r.contains("surroundings")) {
+        text += fill(r["surroundings"],
+                     "  quadratures of the surroundings: {change in %:+.1f} % of the calibrated ones (standard deviation "
+                     "{change_sigma in %:.1f} %)") +
+                (r["surroundings"]["moved"] ? ": metal has moved, calibrate the surroundings again\n" : ": unchanged\n");
+    }
+    if (r.contains("stated")) {
+        text += fill(
+            r["stated"],
+            "  stated deviation {position_rms_m in mm:.3f} mm (RMS, without noise); {within_1_2_3_sigma/0 in %:.1f}, "
+            "{within_1_2_3_sigma/1 in %:.1f}, {within_1_2_3_sigma/2 in %:.1f} % of the errors within 1, 2, 3 of it "
+            "(expected {expected_within/0 in %:.1f}, {expected_within/1 in %:.1f}, {expected_within/2 in %:.1f} %); NEES per "
+            "degree of freedom {nees_per_degree:.2f} (1: as stated, more: too small)\n");
     }
     return text + fill(r["residual"],
                        "  error by cause: position in the workspace {smooth_in_position_m in mm:.3f} mm, attitude "
@@ -228,6 +285,8 @@ int evaluate_command(const EvaluateCommand& command) {
         count_distorted(errors, calibration.calibration.misfit_floor, result);
     }
     count_quadratures(calibration.calibration, files, result);
+    judge_surroundings(errors, calibration.quadrature.deviation, result);
+    compare_with_stated(errors, result);
     print_result(result, command.json, evaluation_text);
     if (report.not_converged > 0) {
         print_notice("tricoil: {} poses did not converge and are not in the table: {}\n", report.not_converged,

@@ -22,6 +22,9 @@ AnyTracker::AnyTracker(const TrackerParams<double>& params, const Calibration& c
     } else {
         make(params, correction);
     }
+    if (coils && !coils->surroundings_lag.dipoles.empty()) {
+        change_.emplace(params.common, *coils);
+    }
 }
 
 AnyTracker::AnyTracker(const TrackerParams<double>& params, const Correction& correction) { make(params, correction); }

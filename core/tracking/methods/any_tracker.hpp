@@ -1,6 +1,7 @@
 // Tracker in double with a method chosen at run time, without heap. For programs that offer all methods.
 #pragma once
 
+#include "core/tracking/judge/surroundings_change.hpp"
 #include "core/tracking/matrix/direct_tracker.hpp"
 #include "core/tracking/matrix/previous_tracker.hpp"
 #include "core/tracking/metal/dual_band_tracker.hpp"
@@ -36,7 +37,11 @@ public:
     explicit AnyTracker(const TrackerParams<double>& params, const Correction& correction = std::nullopt);
 
     std::optional<PoseEstimate<double>> update(const Column<double>& column) {
-        const auto pose = tracker_->update(column);
+        const std::uint64_t accepted = counters().accepted;
+        auto pose = tracker_->update(column);
+        if (change_ && counters().accepted > accepted) {
+            change_->update(column, pose);
+        }
         return pose && filter_ ? filter_->update(*pose) : pose;
     }
     std::optional<PoseEstimate<double>> tick(DeviceTime now) {
@@ -64,6 +69,7 @@ private:
     decltype(any_of(std::declval<MethodParams<double>>())) method_;
     Tracker<double>* tracker_ = nullptr;  // in method_
     std::optional<PoseFilter> filter_;
+    std::optional<SurroundingsChange> change_;
 };
 
 }  // namespace tricoil::tracking
