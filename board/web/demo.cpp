@@ -25,11 +25,13 @@ public:
     std::string advance(double seconds, const nlohmann::ordered_json& hello) {
         poses_.clear();
         end_s_ += seconds;
-        status_.now = utc_now();
-        begin_ = status_.now - microseconds_from_seconds(end_s_);
         while (simulation_.board().clock.elapsed_s() < end_s_ && stream_.step({})) {
         }
         status_.health = stream_.health();
+        status_.now = utc_now();
+        for (ServedPose& served : poses_) {
+            served.utc = status_.now - (simulation_.board().clock.now() - served.pose.time);
+        }
         return web::pose_event(poses_, status_, hello);
     }
 
@@ -37,15 +39,13 @@ private:
     void do_pose(const tracking::PoseEstimate<double>& estimate) override {
         const SimulatedBoard& board = simulation_.board();
         const sim::Pose truth = board.stations.motion(0).at(board.clock.elapsed_s(estimate.time));
-        poses_.push_back({estimate, begin_ + estimate.time.since_start(), expected_.after(estimate),
-                          TruePose{truth.position_m, truth.q_source_sensor}});
+        poses_.push_back({estimate, {}, expected_.after(estimate), TruePose{truth.position_m, truth.q_source_sensor}});
     }
 
     OwnSimulation simulation_;
     StreamLoop stream_{simulation_.source(), {}};
     double end_s_ = 0;
     std::vector<ServedPose> poses_;
-    UtcTime begin_;  // end_s_ ago
     ExpectedError expected_;
     web::PageStatus status_;
 };

@@ -142,6 +142,11 @@ async function demo(browser, check, program) {
     const fast = Number(await text(page, '#error_without'));
     check(fast > 1.5 * without, `a hand twice as fast has an error of ${fast} mm, otherwise ${without} mm`);
     check(without > 1 && compensated < 0.2 * without, `the demo's motion error falls from ${without} mm to ${compensated} mm`);
+    for (const speed of [0, 1e9, -1, 'x', null]) {
+      const ask = body => fetch('control', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(body)});
+      const {status} = await page.evaluate(`(${ask})(${JSON.stringify({step: 0, compensated: true, speed})}).then(({status}) => ({status}))`);
+      check(status === 400, `a motion of speed ${speed} is refused`);
+    }
     check(await text(page, '#source') === 'simulation', 'the demo is a simulation');
     await page.close();
   } finally {

@@ -2,7 +2,7 @@
 import os
 import re
 
-DEMO = "[Try it in this browser](demo/index.html){ .md-button .md-button--primary }, without an installation: a simulated hand, its motion error, metal."
+DEMO = "[Try it in this browser](demo/index.html){ .md-button .md-button--primary } Without an installation: a simulated hand, its motion error, metal."
 LIST_ITEM = re.compile(r" *([-*]|\d+\.) ")
 
 

@@ -238,10 +238,9 @@ void run_in_integers(const Run& run, RunReport& report) {
 nlohmann::ordered_json describe_source(const RunOptions& o) {
     nlohmann::ordered_json source{{"kind", "simulation"},       {"scenario", o.scenario}, {"multiplexing", o.multiplexing},
                                   {"rate_hz", o.frame_rate_hz}, {"seed", o.seed},         {"faults", o.faults},
-                                  {"noise", !o.no_noise},       {"stations", o.stations}};
+                                  {"noise", !o.no_noise},       {"stations", o.stations}, {"speed", o.speed}};
     if (!o.trajectory.empty()) {
         source["trajectory"] = o.trajectory;
-        source["speed"] = o.speed;
         source["place_m"] = {o.place_m.x(), o.place_m.y(), o.place_m.z()};
     }
     return source;

@@ -75,7 +75,7 @@ def run(
     mux: tdm (coils in turn), fdm (all at once) or dual-band (all at once, with a low carrier each). tracker: direct, previous,
     scaat, dual-band, fixed-direct or fixed-previous.
     seed: of motion and noise. rate_hz: column frames per second. faults: texts of `tricoil run --fault`. noise: False for ideal
-    converters without mains hum. place_m, speed: of a trajectory. hemisphere: direction from the source to the half space of the
+    converters without mains hum. speed: of the motion. place_m: of a trajectory. hemisphere: direction from the source to the half space of the
     sensor; None: that of the start; zero: unknown; if given, also confined. confined: the sensor never leaves it. deskew: for direct and previous with tdm.
     passes: steps per pose of previous. predict_s: prediction of scaat. fidelity: samples, or columns: couplings with the
     noise of the demodulator without samples; the same errors, and many times faster. record: folder for a recording. progress: live view on

@@ -7,6 +7,8 @@ import {load, Simulation} from './simulation.js';
 
 const kPeriodMs = 33, kLongest_s = 0.25;  // of an event; longer pauses, as of a hidden page, are left out
 
+const answer = (content, status = 200) => new Response(JSON.stringify(content), {status});
+
 /// The link's choice: #step=2&speed=1.5&noise=no.
 function linkedPlace() {
   const given = new URLSearchParams(location.hash.slice(1));
@@ -73,11 +75,11 @@ class SimulatedServer {
   }
 
   async #request(path, {body} = {}) {
-    if (path === 'recordings') return Response.json({recordings: []});
+    if (path === 'recordings') return answer({recordings: []});
     try {
-      return Response.json({answer: this.#control(JSON.parse(body))});
+      return answer({answer: this.#control(JSON.parse(body))});
     } catch ({message}) {
-      return Response.json({answer: message}, {status: 400});
+      return answer({answer: message}, 400);
     }
   }
 
