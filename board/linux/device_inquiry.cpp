@@ -7,6 +7,7 @@
 #include "board/linux/device_uri.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/progress.hpp"
+#include "core/protocol/command_arguments.hpp"
 #include "core/protocol/convert.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
@@ -120,7 +121,7 @@ bool DeviceInquiry::exchange(double seconds, const host::InterruptGuard& guard, 
     host::Progress progress(uri_ + ": waiting for an answer");
     for (HostTime now = begin; !guard.interrupted() && (seconds <= 0 || to_seconds(now - begin) <= seconds);
          now = drivers::host_now()) {
-        if (ask && seconds > 0) {
+        if (ask && again == kAskAgain && seconds > 0) {
             progress.show(to_seconds(now - begin) / seconds);
         }
         if (!session_.has_identity()) {
@@ -310,6 +311,36 @@ void DeviceInquiry::await_pose() {
         guard.check();
         throw host::DeviceError(
             fmt::format("{}: no valid pose within {:g} s; is the sensor connected, and near enough?", uri_, wait_s_));
+    }
+}
+
+void DeviceInquiry::stream_columns(double seconds, const std::function<void(const protocol::ColumnMessage&)>& each) {
+    const protocol::IdentifyMessage device = identify();
+    const bool sends_poses = device.role == static_cast<std::uint8_t>(protocol::Role::tracker);
+    protocol::ModeRequest mode{device.frame_rate_millihertz, static_cast<signal::Multiplexing>(device.multiplexing), true};
+    if (sends_poses) {
+        order("columns", Opcode::mode, protocol::mode_argument(mode));
+    }
+    order("starting", Opcode::start, 0);
+    std::optional<protocol::ColumnMessage> newest;
+    const auto take = [&](const hal::ReceivedMessage& message) {
+        protocol::ColumnMessage column;
+        if (protocol::decode(message.bytes, column) == WireError::none) {
+            newest = column;
+            each(column);
+        }
+        return false;
+    };
+    const auto feed = [&] { command(Opcode::keep_alive, Excitation::off, newest ? newest->sequence : 0); };
+    const host::InterruptGuard guard;
+    exchange(seconds, guard, feed, take, kPosePause);
+    command(Opcode::stop);
+    mode.columns = false;
+    if (sends_poses) {
+        command(Opcode::mode, Excitation::off, protocol::mode_argument(mode));
+    }
+    if (!newest) {
+        throw host::DeviceError(fmt::format("{}: no columns; see the faults in: tricoil device watch {}", uri_, uri_));
     }
 }
 

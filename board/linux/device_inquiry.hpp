@@ -58,6 +58,10 @@ public:
     /// device has identified itself, and then only receives. Returns the number of messages.
     std::uint64_t listen(double seconds, const std::function<void(const hal::ReceivedMessage&)>& each);
 
+    /// Starts the device and calls each(column) until `seconds` have passed (0: no limit) or a signal comes. Then the device is
+    /// idle and set to poses.
+    void stream_columns(double seconds, const std::function<void(const protocol::ColumnMessage&)>& each);
+
     /// Reason why there is no session; empty during a session.
     [[nodiscard]] const char* detail() const { return session_.detail(); }
 

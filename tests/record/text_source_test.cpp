@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <fstream>
 #include <sstream>
 #include <thread>
@@ -489,6 +490,26 @@ TEST(TextSource, OptionsOfDevicesAreRefusedAndLimitsKept) {
     const auto closed = run_program("bash -c '" TRICOIL_PROGRAM " run --device columns:- <&-'", "");
     EXPECT_EQ(closed.exit_code, 2);
     EXPECT_THAT(closed.err, HasSubstr("standard input is closed"));
+}
+
+/// Its clock stops with the source; the host's clock then ends the run.
+TEST(TextSource, ARunOfASourceThatFallsSilentEnds) {
+    std::string lines;
+    for (int n = 0; n < 300; ++n) {
+        lines += column_line(1 + n % 3, 1389 * n) + "\n";
+    }
+    const std::string file = write_file("columns.jsonl", lines);
+    const std::string port = std::to_string(free_port(SOCK_STREAM));
+    const std::string run = TRICOIL_PROGRAM " run --duration 1 --device columns:";
+    for (const std::string& command :
+         {run + "- < <(cat " + file + "; sleep 9)", "{ sleep 0.5; { cat " + file + "; sleep 9; } >/dev/tcp/127.0.0.1/" + port +
+                                                        "; } >/dev/null 2>&1 & exec " + run + "tcp:" + port}) {
+        const auto begin = std::chrono::steady_clock::now();
+        const auto result = run_program("bash -c '" + command + "'", "");
+        EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(8)) << command;
+        EXPECT_EQ(result.exit_code, 3) << result.err;
+        EXPECT_THAT(result.err, HasSubstr("s of --duration")) << command;
+    }
 }
 
 TEST(TextSource, UsersProgramsOpenItByName) {

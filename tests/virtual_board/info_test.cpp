@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "core/calibration/blob.hpp"
 #include "tests/device/program_folder.hpp"
@@ -65,6 +66,33 @@ TEST_F(DeviceInfo, ShowsThePlaceOfAProgramError) {
     ASSERT_EQ(tricoil("device info " + device_), 0) << err;
     EXPECT_THAT(out, HasSubstr("processor fault, exception HardFault, pc 0x0803"));
     EXPECT_THAT(out, HasSubstr("\nwarning: a program error restarted the device"));
+}
+
+TEST_F(DeviceInfo, ShowsTheLevelsOfEveryChannelLive) {
+    plug_in("--scenario still");
+    ASSERT_TRUE(eventually_info([](const json&) { return true; }));
+    ASSERT_EQ(tricoil("device watch --levels --json --duration 3 " + device_), 0) << err;
+    std::istringstream lines(out);
+    int rows = 0;
+    for (std::string line; std::getline(lines, line); ++rows) {
+        const json row = json::parse(line);
+        EXPECT_EQ(row["coil"], rows % 3 + 1);
+        EXPECT_NEAR(row["reference_v"].get<double>(), 0.66, 0.04) << line;
+        EXPECT_GT(row["columns"], 20) << line;
+        EXPECT_EQ(row["saturated"], 0);
+        double snr_db = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            EXPECT_LT(row["level"][i], 1);
+            EXPECT_GT(row["noise"][i], 0);
+            snr_db = std::max(snr_db, row["snr_db"][i].get<double>());
+        }
+        EXPECT_GT(snr_db, 70) << line;
+    }
+    EXPECT_GE(rows, 6);
+    ASSERT_EQ(tricoil("device watch --levels --duration 0.4 " + device_), 0) << err;
+    EXPECT_THAT(out, HasSubstr("S1  reference 0.6"));
+    ASSERT_EQ(tricoil("run --duration 0.5 --device " + device_ + " --out " + in("poses.csv")), 0) << err;
+    EXPECT_GT(poses().rows(), 100U) << "the device sends poses again";
 }
 
 TEST_F(DeviceInfo, WarnsOfOptionBytesWithTheRemedy) {

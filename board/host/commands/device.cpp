@@ -7,6 +7,7 @@
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/device_condition.hpp"
+#include "board/host/commands/level_meter.hpp"
 #include "board/host/commands/option_values.hpp"
 #include "board/linux/device_inquiry.hpp"
 #include "board/linux/device_list.hpp"
@@ -19,6 +20,7 @@
 #include "core/calibration/blob.hpp"
 #include "core/protocol/command_arguments.hpp"
 #include "core/tracking/hemisphere.hpp"
+#include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -35,6 +37,7 @@ struct DeviceCommand {
     bool columns = false;
     std::vector<double> towards;
     bool clear = false;
+    bool levels = false;
 };
 
 int list_devices(const DeviceCommand& command) {
@@ -133,7 +136,50 @@ std::string line_of(std::span<const std::uint8_t> bytes, bool json) {
     return line;
 }
 
+constexpr const char* kLevels =
+    "S{coil}  reference {reference_v:.3f} V  gain step {gain_step}  coupling {coupling/0:+.3e} {coupling/1:+.3e} "
+    "{coupling/2:+.3e}  "
+    "level {level/0 in %:.1f} {level/1 in %:.1f} {level/2 in %:.1f} %  noise {noise/0:.1e} {noise/1:.1e} {noise/2:.1e}  "
+    "SNR {snr_db/0:.1f} {snr_db/1:.1f} {snr_db/2:.1f} dB  saturated {saturated} of {columns}";
+
+/// Each second a row of LevelMeter for each source coil, with the peak voltage of the reference in a raw block.
+int watch_levels(const DeviceCommand& command) {
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
+    std::array<double, kSourceCoils> reference_v{};
+    for (int coil = 0; coil < kSourceCoils; ++coil) {
+        const auto burst = inquiry.read_block(single_coil(coil));
+        const auto [low, high] = std::ranges::minmax(burst.samples, {}, [](const Sample& s) { return s[kReferenceChannel]; });
+        reference_v[static_cast<std::size_t>(coil)] =
+            burst.about.scale * (high[kReferenceChannel] - low[kReferenceChannel]) / 2.0;
+    }
+    LevelMeter meter;
+    const HostTime begin = drivers::host_now();
+    HostTime shown = begin;
+    const auto show = [&] {
+        shown = drivers::host_now();
+        for (std::size_t coil = 0; coil < reference_v.size(); ++coil) {
+            Json row = meter.take_row(coil);
+            row["reference_v"] = reference_v[coil];
+            print_text("{}\n", command.json ? row.dump() : fill(row, kLevels));
+        }
+        end_standard_output();
+    };
+    inquiry.stream_columns(command.duration_s, [&](const protocol::ColumnMessage& m) {
+        meter.take(m);
+        if (drivers::host_now() - shown > Microseconds{1'000'000}) {
+            show();
+        }
+    });
+    if (shown == begin) {  // less than a second
+        show();
+    }
+    return to_int(ExitCode::fine);
+}
+
 int watch(const DeviceCommand& command) {
+    if (command.levels) {
+        return watch_levels(command);
+    }
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     const auto heard = inquiry.listen(command.duration_s, [&](const hal::ReceivedMessage& message) {
         print_text("{}\n", line_of(message.bytes, command.json));
@@ -288,9 +334,11 @@ void add_device_command(CLI::App* sub, Action& action) {
     add_wait(add_device(
         add_json(add("info", "Identify a device; show its last program error, image and settings",
                      {"serial number, firmware, mode, last program error", "tricoil device info can:can0"}, &show_info))));
-    add_device(add_json(add("watch", "Print every message of a device without sending commands",
-                            {"every message", "tricoil device watch serial:/dev/ttyACM0"}, &watch)))
-        ->add_option("--duration", command->duration_s, "Duration; default: until a signal")
+    CLI::App* const watched = add_device(add_json(add("watch", "Print every message of a device without sending commands",
+                                                      {"every message", "tricoil device watch serial:/dev/ttyACM0"}, &watch)));
+    watched->add_flag("--levels", command->levels,
+                      "Drive the coils; each second print coupling, level, noise and SNR of every channel");
+    watched->add_option("--duration", command->duration_s, "Duration; default: until a signal")
         ->type_name("SECONDS")
         ->check(refuse_nonpositive_time);
     add_wait(add_device(add("read-calibration", "Read the calibration of a device",
