@@ -85,11 +85,14 @@ Found solve_refined_pose(const calibration::Calibration<double>& c, const Mat3<d
 }
 
 /// Covariance of the position that a tracker states for these couplings without noise, from the floor and the misfit.
-Mat3<double> stated_covariance(double misfit_floor, const Mat3<double>& x, const Found& found) {
+Mat3<double> stated_covariance(const calibration::Calibration<double>& c, const Mat3<double>& x, const Found& found) {
     const double strength = x.norm() / std::sqrt(1.5);
-    const double floor = tracking::floor_variance(misfit_floor, strength);
+    tracking::CommonParams<double> params;
+    params.misfit_floor = c.misfit_floor;
+    params.pick_up_sigma = c.pick_up.sigma;
+    const double floor = tracking::floor_variance(params, strength);
     const double misfit = found.misfit_share * x.norm() * found.misfit_share * x.norm();
-    const bool significant = misfit > tracking::CommonParams<double>{}.distortion_gate * floor;
+    const bool significant = misfit > params.distortion_gate * floor;
     const double hidden = significant ? tracking::kHiddenShare * tracking::kHiddenShare * misfit / 3 : 0;
     const double range_m = found.pose.position_m.norm();
     return solver::pose_covariance<double>(strength, range_m, found.pose.position_m / range_m, std::sqrt(floor + hidden))
@@ -168,7 +171,7 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
         error.rotation_error_rad =
             geometry::quaternion_to_rotation_vector<double>(found.pose.q_source_sensor * truth.q_source_sensor.conjugate());
         error.misfit_share = found.misfit_share;
-        if (const Mat3<double> stated = stated_covariance(c.misfit_floor, x, found); stated.trace() > 0) {
+        if (const Mat3<double> stated = stated_covariance(c, x, found); stated.trace() > 0) {
             error.deviation_m = std::sqrt(stated.trace());
             error.sigmas = std::sqrt(error.error_m.dot(stated.inverse() * error.error_m));
         }
