@@ -154,6 +154,27 @@ class Files(unittest.TestCase):
         self.assertGreater(solved["solved"], 590)
         self.assertLess(solved["truth"]["position_rms_m"], 3e-4)
 
+    def test_mountings_of_one_source_by_the_program(self):
+        """Two files of a stage: a generator of six coils, by the program."""
+        rng = np.random.default_rng(6)
+        stage = np.column_stack((rng.uniform(-50, 50, (150, 3)), np.zeros((150, 2)), rng.choice([0, 90, 180, 45], 150)))
+        for name, middle in (("soA", (0.02, -0.2, 0)), ("soB", (-0.06, -0.24, 0.03))):
+            places = np.array(middle) + rng.uniform(-0.03, 0.03, (3, 3))
+            source = tricoil.Generator(("1", "2", "3"), places, 1e-3 * (np.eye(3) + 0.1 * rng.normal(size=(3, 3))))
+            turn = Rotation.from_euler("Z", stage[:, 5], degrees=True)
+            sensors = [source.couplings(stage[:, :3] / 1e3 + turn.apply(offset), turn.apply(axis)) for offset, axis in (((0.01, 0, 0), (1, 0, 0)), ((0, 0.01, 0.01), (0, 1, 0)),
+                                                                                                              ((0, 0, 0), (0, 0, 1)))]
+            lines = ["\t".join([*(f"{v:.5f}" for v in pose), *(f"{sensor[n, coil]:+.12f}+0.000000000i" for sensor in sensors for coil in range(3))]) for n, pose in enumerate(stage)]
+            (self.folder / f"{name}_seX_md.dat").write_text("\n".join(lines) + "\n")
+        run = lambda *words: subprocess.run([os.environ["TRICOIL_PROGRAM"], "generator", *words, "--json"], cwd=self.folder, capture_output=True, text=True, check=False)
+        done = run("calibrate", "soA_seX_md.dat", "soB_seX_md.dat", "--out", "c.toml", "--model", "dipole")
+        self.assertEqual(done.stderr, "")
+        self.assertLess(json.loads(done.stdout)["residual"], 1e-3)
+        solved = json.loads(run("solve", "soB_seX_md.dat", "soA_seX_md.dat", "--generator", "c.toml", "--side", "0,1,0").stdout)
+        self.assertEqual(solved["truth"]["wrong"], 0)
+        self.assertGreater(solved["solved"], 430)
+        self.assertLess(solved["truth"]["position_rms_m"], 5e-4)
+
     def test_time_slots_along_a_path(self):
         t = np.arange(0, 4, 0.01)
         q = Rotation.from_rotvec(np.column_stack((np.sin(t), 0.5 * np.cos(t), t / 4))).as_quat()[:, [3, 0, 1, 2]]

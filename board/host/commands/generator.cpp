@@ -40,7 +40,7 @@ CLI::App* add_action(CLI::App* generator, Action& action, const char* name, cons
                      std::span<const TextOption> options, std::vector<Example> examples) {
     CLI::App* const sub = generator->add_subcommand(name, what);
     if (data != nullptr) {
-        sub->add_option("couplings")->description(data)->required()->type_name(kFileType)->expected(-1);
+        add_files(sub, "couplings", data)->required();
     }
     add_text_options(sub, options);
     sub->add_flag("--json")->description("Result as JSON");

@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "board/host/commands/commands.hpp"
 
@@ -27,6 +28,14 @@ inline void add_text_options(CLI::App* sub, std::span<const TextOption> options,
             sub->add_option(name)->description(help + more_help)->type_name(type);
         }
     }
+}
+
+/// One or more files.
+inline CLI::Option* add_files(CLI::App* sub, const char* name, const char* help) {
+    return sub
+        ->add_option_function<std::vector<std::string>>(
+            name, [](const std::vector<std::string>& /*files*/) {}, help)
+        ->type_name(kFileType);
 }
 
 /// `two_files`: their order, for the help; empty: there is one.

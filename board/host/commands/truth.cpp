@@ -19,10 +19,7 @@ constexpr std::array<TextOption, 8> kTruthOptions{{
 }  // namespace
 
 void add_truth_command(CLI::App* sub, Action& action) {
-    sub->add_option("poses")
-        ->description("Optical poses or positions; the first file gives frame, body and clock of the path")
-        ->type_name(kFileType)
-        ->expected(-1);
+    add_files(sub, "poses", "Optical poses or positions; the first file gives frame, body and clock of the path");
     add_text_options(sub, kTruthOptions);
     add_reader_options(sub);
     sub->add_flag("--same-clock")->description("--imu: its clock is that of the poses; default: the offset is estimated");
