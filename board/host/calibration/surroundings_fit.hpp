@@ -30,9 +30,8 @@ struct SurroundingsFit {
 
 /// Adds dipoles one by one, at most field::kMaxInducedDipoles, each where it explains most of the residual, and fits all of them
 /// together, while the standard deviation of the residuals falls by a tenth or more. Dipoles stay away from source and poses.
-/// The dipoles of the quadratures start at the same places.
-/// Throws InputError for fewer than 18 places, places in one plane, couplings that dipoles do not explain better than the coils
-/// alone, and no convergence.
+/// The dipoles of the quadratures start at the same places. Throws InputError for fewer than 18 places, places in one plane,
+/// couplings that dipoles do not explain better than the coils alone, and no convergence.
 SurroundingsFit fit_surroundings(const field::GeneralDipole<double>& coils, const SurroundingsData& data);
 
 }  // namespace tricoil::host

@@ -86,7 +86,7 @@ CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Calib
     result["misfit_floor"] = file.calibration.misfit_floor;
     if (file.quadrature.dipoles.empty()) {
         report.warnings.emplace_back(
-            "the quadratures of the surroundings are unknown or too small: trackers show only surroundings that moved far");
+            "no quadratures of the surroundings, or too small ones: poses do not show metal that moves by a few centimetres");
     } else {
         result["quadrature_deviation"] = file.quadrature.deviation;
     }
@@ -112,7 +112,7 @@ std::string surroundings_text(const Json& r) {
                 "{with_surroundings/position_rms_m in mm:.3f} mm with them (maximum "
                 "{with_surroundings/position_max_m in mm:.3f} mm)\n") +
            (r.contains("quadrature_deviation")
-                ? fill(r, "  their quadratures show a change by more than {quadrature_deviation in %:.1f} % of the correction\n")
+                ? fill(r, "  their quadratures fit within {quadrature_deviation in %:.1f} % (standard deviation)\n")
                 : "");
 }
 

@@ -28,6 +28,7 @@ void SurroundingsChange::update(const Column<double>& column, std::optional<Pose
         columns_.clear();
         motion_.clear();
         time_ = column.midpoint;
+        x_.setConstant(std::nan(""));
     }
     Column<double> corrected = column;
     phases_.correct_column(coil_index(column.state), corrected.in_phase, corrected.quadrature, corrected.sigma);
@@ -74,7 +75,7 @@ void SurroundingsChange::learn(const Mat3<double>& expected) {
     const double elapsed_s = seconds_as<double>(matrix.newest - std::exchange(time_, matrix.newest));
     const Mat3<double> rate = (matrix.x - std::exchange(x_, matrix.x)) / elapsed_s;
     fresh_ = 0;
-    if (!(elapsed_s > 0 && elapsed_s < kLongest_s)) {
+    if (!(elapsed_s > 0 && elapsed_s < kLongest_s) || !rate.allFinite()) {
         return;
     }
     const double noise = matrix.quadrature_variance + kMotionLeft * motion_.quadrature_variance(params_.quadrature_lag_s);
