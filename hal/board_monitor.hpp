@@ -17,7 +17,7 @@ struct BoardReading {
 
 class BoardMonitor : public Interface {
 public:
-    /// Measures; takes less than a tenth of a millisecond. Thread context, and only while the sampler is stopped, because both
+    /// Measures; takes less than 0.2 ms. Thread context, and only while the sampler is stopped, because both
     /// may use the same converter. A reading without a supply voltage: the measurement failed.
     [[nodiscard]] BoardReading read() { return do_read(); }
 

@@ -184,8 +184,8 @@ AckResult TrackerDevice::dispatch_command(HostLink& link, const protocol::Comman
     }
 }
 
-/// Coils may not be driven during a restart into the loader, with a failed self-check, clock or stack, or for a time after an
-/// over-current or a failed gain measurement.
+/// Coils may not be driven during a restart into the loader, with a failed self-check, clock or stack, with supply or
+/// temperature out of limits, or for a time after an over-current or a failed gain measurement.
 AckResult TrackerDevice::may_drive() const {
     if (loader_at_) {
         return AckResult::wrong_state;

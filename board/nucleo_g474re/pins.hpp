@@ -73,6 +73,9 @@ constexpr InterruptPlan kCan{86, 4};          // FDCAN2_IT0
 constexpr InterruptPlan kSerial{38, 4};       // USART2
 constexpr std::uint8_t kTickPriority = 8;     // SysTick, 1 kHz: only wakes the processor
 
+constexpr std::uintptr_t kSram2 = 0x2001'4000;  // above SRAM1
+constexpr std::uintptr_t kCcmRam = 0x2001'8000;
+
 }  // namespace tricoil::nucleo_g474re
 
 namespace tricoil {

@@ -10,6 +10,7 @@
 #include "drivers/stm32g4/registers/iwdg.hpp"
 #include "drivers/stm32g4/registers/peripheral.hpp"
 #include "drivers/stm32g4/registers/rcc.hpp"
+#include "pins.hpp"  // from the board's own folder
 
 namespace tricoil::stm32g4_board {
 
@@ -83,6 +84,12 @@ static void protect_memory() {
     asm volatile("dsb\n isb" ::: "memory");
 }
 
+/// The first write to a memory after a reset may be lost (ES0430 2.2.7).
+static void write_first_word(std::uintptr_t memory) {
+    auto& word = tricoil::stm32g4::peripheral<volatile std::uint32_t>(memory);
+    word = word;
+}
+
 static bool is_stack_overflow(std::uint32_t cfsr, std::uint32_t address) {
     using namespace tricoil::stm32g4;
     const auto bottom = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(stack_bottom));
@@ -93,10 +100,8 @@ static bool is_stack_overflow(std::uint32_t cfsr, std::uint32_t address) {
 /// A loader that starts the program after a firmware update leaves its vectors and clocks set; a reset clears them.
 void before_memory() {
     using namespace tricoil;
-    for (const std::uintptr_t block : {0x2001'4000U, 0x2001'8000U}) {  // the first write to SRAM2 and CCM RAM may be lost
-        auto& word = stm32g4::peripheral<volatile std::uint32_t>(block);
-        word = word;
-    }
+    write_first_word(this_board::kSram2);
+    write_first_word(this_board::kCcmRam);
     stm32g4::ScbRegisters& scb = stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase);
     const stm32g4::RccRegisters& rcc = stm32g4::peripheral<const stm32g4::RccRegisters>(stm32g4::kRccBase);
     const bool is_fresh = (rcc.CFGR & stm32g4::rcc::CFGR_SWS) == stm32g4::rcc::CFGR_SWS_HSI && scb.VTOR == 0;

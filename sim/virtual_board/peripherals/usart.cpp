@@ -246,14 +246,7 @@ std::uint32_t Usart::take() {
 }
 
 std::uint32_t Usart::read(std::uint32_t offset) {
-    switch (offset) {
-        case usart::kIsr:
-            return flags();
-        case usart::kRdr:
-            return take();
-        default:
-            return registers_.at(offset);
-    }
+    return offset == usart::kIsr ? flags() : offset == usart::kRdr ? take() : registers_.at(offset);
 }
 
 void Usart::put(std::uint32_t value) {
