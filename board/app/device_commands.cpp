@@ -340,7 +340,9 @@ AckResult TrackerDevice::store_calibration(HostLink& link, const protocol::Calib
     }
     permission_.use();
     blob = {};
-    std::ranges::for_each(message.tail, [&](std::uint8_t byte) { (void)blob.push_back(byte); });
+    for (const std::uint8_t byte : message.tail) {
+        (void)blob.push_back(byte);
+    }
     hardware_.coils.switch_off();
     hardware_.watchdog.feed();
     const bool is_stored = store_.write(blob).ok();

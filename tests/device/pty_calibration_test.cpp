@@ -8,7 +8,7 @@ namespace {
 
 TEST_F(Pty, ALockedDeviceNamesItsButton) {
     const auto blob = calibration::encode(calibration::Calibration<double>{});
-    std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.begin()), std::ssize(blob));
+    std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.data()), std::ssize(blob));
     plug_in("--duration 4 --locked");
     for (const std::string& command : {"device loader " + device, "device write-calibration " + device + " " + in("cal.bin")}) {
         EXPECT_EQ(tricoil(command), 3);
@@ -22,7 +22,7 @@ TEST_F(Pty, ACalibrationIsWrittenReadAndKept) {
     c.model.source_moment *= 7e-3;
     c.phase_rad.colwise() = Vec3<double>(0.01, -0.02, 0.03);
     const auto blob = calibration::encode(c);
-    std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.begin()), std::ssize(blob));
+    std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.data()), std::ssize(blob));
     plug_in("--duration 4 --calibration " + in("flash"));
     EXPECT_EQ(tricoil("device read-calibration --out " + in("got.bin") + " " + device), 1);
     EXPECT_THAT(err, ::testing::HasSubstr("the device has no calibration"));
