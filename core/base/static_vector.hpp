@@ -24,6 +24,7 @@ public:
     [[nodiscard]] constexpr bool empty() const { return size_ == 0; }
     [[nodiscard]] constexpr const T& operator[](std::size_t index) const { return items_[checked(index)]; }
     [[nodiscard]] constexpr T& operator[](std::size_t index) { return items_[checked(index)]; }
+    [[nodiscard]] constexpr T* data() { return items_.data(); }
     [[nodiscard]] constexpr const T* data() const { return items_.data(); }
     [[nodiscard]] constexpr const T* begin() const { return items_.data(); }
     [[nodiscard]] constexpr const T* end() const { return items_.data() + size_; }
