@@ -13,8 +13,7 @@ namespace tricoil::host {
 template <typename Params, typename Visit>
 void visit_common(Params& params, Visit&& visit) {
     auto& [coupling_constant, hemisphere, confined, max_column_span, window_s, latency_s, min_snr, max_misfit, distortion_gate,
-           misfit_floor, quadrature_floor, quadrature_lag_s, max_deviation_m, pick_up_sigma, lost_after, search_after] =
-        params;
+           misfit_floor, quadrature_floor, quadrature_lag_s, max_deviation_m, pick_up_sigma, lost_after, search_after] = params;
     visit("coupling_constant_m3", coupling_constant);
     visit("hemisphere", hemisphere);
     visit("confined", confined);

@@ -558,11 +558,13 @@ CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOpti
     FitOptions plain = options;
     plain.finds_pick_up = false;
     CalibrationFit without = fit_calibration(files, plain, alone);
-    if (options.finds_pick_up && without.poses >= kFewest) {
+    if (options.finds_pick_up && without.poses >= kFewest && without.wiring.size() == files.size()) {
         FitOptions again = options;
         again.progress = {};
+        Fit fit(files, again, alone);
         try {
-            CalibrationFit with = fit_calibration(files, again, alone);
+            CalibrationFit with = fit.run();
+            fit.check();
             if (with.residual_rms < kClearly * without.residual_rms &&
                 with.pick_up.norm() > 3 * kSignificant * with.pick_up_sigma) {
                 return with;
