@@ -261,11 +261,6 @@ template <typename Scalar>
     return best;
 }
 
-template <typename Scalar>
-bool is_minimum(const SingleCoilSolution<Scalar>& one) {
-    return one.end == SingleCoilEnd::converged || one.end == SingleCoilEnd::wrong_minimum;
-}
-
 }  // namespace
 
 template <typename Scalar>
@@ -307,7 +302,7 @@ Result<SingleCoilSolution<Scalar>> solve_single_coil(const field::Generator<Scal
         if (next.chi_square < best.chi_square) {
             std::swap(next, best);
         }
-        if (!(apart < Scalar(0.02) * from_centre.norm()) && is_minimum(next)) {
+        if (!(apart < Scalar(0.02) * from_centre.norm()) && next.end != SingleCoilEnd::not_converged) {
             second = std::min(second, next.chi_square);
         }
     }

@@ -27,7 +27,7 @@ struct SingleCoilParams {
     Scalar step_tolerance = Scalar(1e-4);      // relative to the distance from the nearest source coil; convergence is quadratic
     Scalar max_step = Scalar(0.4);             // of one step, relative to the same distance
     Scalar max_misfit_share = Scalar(0);       // misfit that the generator's calibration leaves, relative to the couplings (norm)
-    Scalar max_deviation_share = Scalar(0.15);  // of position (relative to the distance) and axis
+    Scalar max_deviation_share = Scalar(0.1);  // of position (relative to the distance) and axis
 };
 
 enum class SingleCoilEnd : std::uint8_t {

@@ -53,7 +53,7 @@ def _products(rows, at_m, coil):
         if rows.turn is None:
             a = np.einsum("mi,mij->mj", rows.axis[part], t[part])
         else:
-            a = np.einsum("mji,mjk->mik", rows.turn[part].transpose(0, 2, 1).transpose(0, 2, 1), t[part]).reshape(part.sum(), 9)
+            a = np.einsum("mji,mjk->mik", rows.turn[part], t[part]).reshape(part.sum(), 9)
         right = rows.couplings[part, coil] * rows.weight[part]
         weighted = a * rows.weight[part, None]
         x = np.linalg.lstsq(weighted, right, rcond=1e-9)[0]

@@ -10,7 +10,7 @@ from ._dynamic import number
 from ._generator import Generator, read_generator
 from ._generator_motion import generator_motion_error
 from ._output_file import refuse_input_as_output, write_whole
-from ._single_coil import ENDS, deviations, solve_5dof
+from ._single_coil import ENDS, solve_5dof
 from ._truth_command import numbers
 
 WRONG_M = 0.02  # a pose farther from the truth is wrong, and not counted in the RMS
