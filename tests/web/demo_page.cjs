@@ -106,6 +106,20 @@ async function controls({page, text, wait}) {
   check(true, `a recording is refused: ${await text('#answer')}`);
 }
 
+/// Without its program the page says so, and loads it as soon as it is there.
+async function withoutProgram(browser, url) {
+  const page = await browser.newPage();
+  page.setDefaultTimeout(120000);
+  await page.route('**/demo.wasm', route => route.fulfill({status: 404}));
+  await page.goto(url);
+  await page.waitForFunction(() => /cannot be loaded/.test(document.querySelector('#problem').textContent) && document.body.dataset.link === 'down');
+  check(true, `without its program: ${await page.textContent('#problem')}`);
+  await page.unroute('**/demo.wasm');
+  await page.waitForFunction(() => window.tricoil.firstPoseMs && document.querySelector('#problem').textContent === '');
+  check(true, 'the page goes on when the program is there');
+  await page.close();
+}
+
 async function main() {
   const size = ['index.html', 'demo.js', 'demo.wasm'].reduce((sum, name) => sum + gzipSync(fs.readFileSync(path.join(site, name))).length, 0);
   check(size < kMostBytes, `the demo has ${size} bytes, compressed`);
@@ -128,6 +142,7 @@ async function main() {
     check(demo.faults.length === 0, `no faults in the page ${demo.faults.join('; ')}`);
     await demo.page.close();
 
+    await withoutProgram(browser, root.url);
     const linked = await openDemo(browser, `${below.url}${path.basename(path.resolve(site))}/#step=3&speed=1.5&noise=no`);
     check(
         await linked.page.evaluate(() => window.tricoil.tour.place.step === 2 && window.tricoil.tour.place.speed === 1.5),
