@@ -123,9 +123,10 @@ void compare_with_stated(const std::vector<EvaluatedPose>& errors, Json& result)
     }
 }
 
-/// Mean change of the quadratures of the surroundings, whose calibration leaves `deviation` at each pose.
+/// Mean change of the quadratures of the surroundings, whose calibration leaves `deviation` at each pose. Errors of neighbouring
+/// poses are alike, so that of the mean is not assumed to be smaller.
 void judge_surroundings(const std::vector<EvaluatedPose>& errors, double deviation, Json& result) {
-    constexpr double kGate = 3;  // standard deviations of the mean
+    constexpr double kGate = 3;  // standard deviations
     double sum = 0;
     double poses = 0;
     for (const EvaluatedPose& error : errors) {
@@ -133,9 +134,9 @@ void judge_surroundings(const std::vector<EvaluatedPose>& errors, double deviati
         poses += error.surroundings_change ? 1 : 0;
     }
     if (poses > 0) {
-        const double sigma = deviation / std::sqrt(poses);
+        const double change = sum / poses;
         result["surroundings"] = {
-            {"change", sum / poses}, {"change_sigma", sigma}, {"moved", std::abs(sum / poses) > kGate * sigma}};
+            {"change", change}, {"change_sigma", deviation}, {"moved", std::abs(change) > kGate * deviation}};
     }
 }
 
