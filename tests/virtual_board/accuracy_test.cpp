@@ -119,8 +119,8 @@ Mat3<double> drawn_pick_up(const BoardCircuit& circuit, double share) {
     return pick_up;
 }
 
-/// The board flags poses if its wiring changed after the calibration, and is accurate after another calibration.
-TEST(Accuracy, PickUpIsCalibratedOrFlagged) {
+/// The wiring changes after the first calibration; the second one finds the pick-up.
+TEST(Accuracy, PickUpIsCalibrated) {
     const protocol::ModeRequest mode{240'000, Multiplexing::tdm, true};
     constexpr std::uint64_t kSeed = 1;
     BoardCircuit circuit = BoardCircuit::draw(kSeed);
@@ -137,8 +137,6 @@ TEST(Accuracy, PickUpIsCalibratedOrFlagged) {
         const calibration::Blob blob = calibration::encode(calibrated->calibration);
         const auto measured = test::measure(circuit, host::load_scenario("still", 1), mode, poses, &blob);
         double squares = 0;
-        double frames = 0;
-        double distorted = 0;
         for (std::size_t n = 0; n < poses.size(); ++n) {
             host::PoseFile file;
             file.path = "rests";
@@ -148,19 +146,10 @@ TEST(Accuracy, PickUpIsCalibratedOrFlagged) {
             for (const host::EvaluatedPose& e : evaluate(*calibrated, {file}, host::EvaluationSolver::direct)) {
                 squares += 1e6 * e.error_m.squaredNorm() / static_cast<double>(poses.size() * file.poses.size());
             }
-            for (const protocol::PoseMessage& pose : measured.poses[n]) {
-                distorted += (pose.flags >> static_cast<int>(tracking::PoseFlag::distorted) & 1U) != 0 ? 1 : 0;
-                ++frames;
-            }
         }
-        std::printf("0.42 %% pick-up at 0.75 m, %s: %.3f mm, %.0f of %.0f poses distorted\n",
-                    calibrated == &before ? "not calibrated" : "calibrated", std::sqrt(squares), distorted, frames);
-        if (calibrated == &before) {
-            EXPECT_GT(distorted, 0.9 * frames);
-        } else {
-            EXPECT_LT(std::sqrt(squares), 0.25);
-            EXPECT_EQ(distorted, 0);
-        }
+        const bool is_calibrated = calibrated == &after;
+        std::printf("0.42 %% pick-up at 0.75 m, %scalibrated: %.3f mm\n", is_calibrated ? "" : "not ", std::sqrt(squares));
+        EXPECT_EQ(std::sqrt(squares) < 0.25, is_calibrated);
     }
 }
 
