@@ -68,7 +68,7 @@ ROWS = {
     "demodulate": {STDOUT: "capture.csv --carrier-hz 10000 --rate-hz 200000", "--out": "capture.csv --carrier-hz 10000 --rate-hz 200000 --out {out}"},
     "design": {STDOUT: DESIGN, "--plot": DESIGN + " --plot {out}.svg", "--scenario": DESIGN + " --scenario {out}.toml", "--grid-pdf": "--grid-pdf {out}.pdf"},
     "truth": {STDOUT: "optics.csv", "--out": "optics.csv --out {out}", "--plot": "optics.csv --plot {out}.svg"},
-    "generator simulate": {STDOUT: "--out coil.csv", "--out": "--out {out}", "--save": "--out coil.csv --save {out}"},
+    "generator simulate": {STDOUT: "--out coil.csv", "--out": "--out {out}", "--save": "--out /dev/null --save {out}"},
     "generator solve": {STDOUT: "coil.csv --generator planar.toml", "--out": "coil.csv --generator planar.toml --out {out}"},
     "generator calibrate": {STDOUT: "coil.csv --out generator.toml", "--out": "coil.csv --out {out}"},
     "device list": {STDOUT: ""},

@@ -52,6 +52,8 @@ def run(out=None, generator=None, save=None, coils=8, count=1000, path=None, pla
     """Result as `--json` prints it, and the couplings (M, N). Raises ValueError, OSError."""
     if out is None:
         raise ValueError("--out FILE is needed, for the couplings")
+    if save is not None and os.path.abspath(save) == os.path.abspath(out):
+        raise ValueError(f"--save {save}: is also --out; choose another file")
     values = {name: number(f"--{name.replace('_', '-')}", value) for name, value in
               {"coils": coils, "count": count, "slot_s": slot_s, "rate_hz": rate_hz, "gain": gain, "snr_db": snr_db, "seed": seed}.items()}
     refuse_input_as_output({"--out": out, "--save": save}, [generator, path])
