@@ -27,6 +27,7 @@ RATE_RAD_S = 100.0
 EARTH_M_S2, EARTH_DEVIATION_M_S2 = 9.806, 0.03  # from the equator to the poles 9.780 to 9.832, and the scale of an accelerometer
 # Squared error of a mean over an interval, over the squared second difference of the samples: a shock may fall between two accelerations; rates are smooth.
 ACC_MISSED, GYRO_MISSED = 1.0, 1 / 16
+SHOCK = 25.0  # squared second difference over the usual one, which is noise and smooth motion
 PRIOR = np.array([1.0] * 9 + [0.1] + [0.01] * 18)
 STILL = 1e-9  # standard deviation of a constant that is not estimated
 STILL_RATE = 1e-3  # of a state that is not: large enough for the condition of the matrix, small beside what is measured
@@ -62,8 +63,8 @@ class Integral:
     def __init__(self, time_s, values):
         self.time_s, self.values = time_s, values
         self.total = np.vstack((np.zeros(3), np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time_s)[:, None], axis=0)))
-        second = np.diff(values, 2, axis=0)
-        self.bent = np.pad(np.mean(second**2, axis=1), 1, mode="edge")
+        squares = np.mean(np.diff(values, 2, axis=0) ** 2, axis=1)
+        self.bent = np.pad(np.where(squares > SHOCK * np.median(squares), squares, 0.0), 1, mode="edge")
 
     def __call__(self, time_s):
         """Integral from the first sample, (N, 3); beyond the ends the end values continue."""
@@ -78,7 +79,7 @@ class Integral:
         return np.diff(self(time_s), axis=0) / np.diff(time_s)[:, None]
 
     def density(self, time_s):
-        """Mean squared second difference of the samples of one axis times the interval, between the times, (N - 1,)."""
+        """Mean squared second difference of the samples of one axis in shocks, times the interval, between the times, (N - 1,)."""
         return np.interp((time_s[1:] + time_s[:-1]) / 2, self.time_s, self.bent) * np.diff(time_s)
 
 
