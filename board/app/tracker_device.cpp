@@ -17,6 +17,7 @@ using protocol::Fault;
 
 constexpr Microseconds kStatusPause{100'000};
 constexpr Microseconds kReadingPause{1'000'000};
+constexpr Microseconds kLowBandReadingPause{10'000'000};  // the mean of the low band starts again after each
 constexpr std::uint16_t kMinSupply_mv = 3000;  // 3.3 V, and the tolerance of the levels of the analog circuits
 constexpr std::uint16_t kMaxSupply_mv = 3600;
 constexpr std::int16_t kMaxProcessor_cdeg = 10'000;    // 5 degrees below the limit of the junction (DS12288)
@@ -304,7 +305,8 @@ Fault TrackerDevice::fault_of(const Status& status) const {
 }
 
 void TrackerDevice::measure() {
-    if (measures_supply_ && now_ - last_reading_ > kReadingPause && !pause_for_reading()) {
+    const Microseconds pause = plan().has_low_band() ? kLowBandReadingPause : kReadingPause;
+    if (measures_supply_ && now_ - last_reading_ > pause && !pause_for_reading()) {
         return;
     }
     const Status status = loop_->step();
