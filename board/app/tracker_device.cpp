@@ -18,7 +18,7 @@ using protocol::Fault;
 constexpr Microseconds kStatusPause{100'000};
 constexpr Microseconds kReadingPause{1'000'000};
 constexpr Microseconds kLowBandReadingPause{10'000'000};  // the mean of the low band starts again after each
-constexpr std::uint16_t kMinSupply_mv = 3000;  // 3.3 V, and the tolerance of the levels of the analog circuits
+constexpr std::uint16_t kMinSupply_mv = 3000;             // 3.3 V, and the tolerance of the levels of the analog circuits
 constexpr std::uint16_t kMaxSupply_mv = 3600;
 constexpr std::int16_t kMaxProcessor_cdeg = 10'000;    // 5 degrees below the limit of the junction (DS12288)
 constexpr std::int16_t kMaxHeatSink_cdeg = 8'500;      // 14 degrees above that in FDM at an ambient temperature of 40 degrees

@@ -12,7 +12,8 @@ struct TourPlace {
     float speed = 1;          // of the motion, relative to the scenario's
 };
 
-constexpr bool is_tour_speed(double speed) { return speed >= 0.1 && speed <= 4; }
+/// The range of the page's slider.
+constexpr bool is_tour_speed(double speed) { return speed >= 0.25 && speed <= 3; }
 
 /// Steps, scenarios and sentences are in the description of the source (key `tour`).
 struct Tour {

@@ -21,11 +21,13 @@ Json tour_steps() {
              "hand"),
         step("motion error",
              "The coils are measured in turn; if three measurements of different times are taken as simultaneous, motion causes "
-             "an error of some millimetres.",
+             "an error that grows with its speed, here of some millimetres.",
              "circle", false),
         step("motion compensation",
              "The same circle: the filter uses each measurement at its own time, and the motion error is gone.", "circle"),
-        step("metal", "An aluminium sphere of 16 cm beside the hand bends the field; poses with a significant error are flagged.",
+        step("metal",
+             "An aluminium sphere of 16 cm beside the hand bends the field: the expected error grows, and poses are flagged if "
+             "it shows.",
              "hand", true, {"metal:0.6,0.35,0,0.08"}),
         step("unplugged sensor",
              "After 2 s the sensor is unplugged, and its poses become invalid; after 5 s it is plugged in again, and tracking "

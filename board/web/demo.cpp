@@ -77,9 +77,14 @@ const char* tricoil_demo_begin(int step, bool compensated, double speed, bool no
     return text.c_str();
 }
 
-/// Simulates `seconds` of the step that has begun. Returns the event that a server would send.
+/// Simulates `seconds` of the step that has begun. Returns the event that a server would send, or why there is none.
 const char* tricoil_demo_advance(double seconds) {
-    text = run->advance(seconds, std::exchange(hello, nullptr));
+    try {
+        refuse_if(!run, "no step has begun");
+        text = run->advance(seconds, std::exchange(hello, nullptr));
+    } catch (const std::exception& error) {
+        text = error.what();
+    }
     return text.c_str();
 }
 }

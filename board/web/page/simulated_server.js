@@ -20,6 +20,7 @@ class SimulatedServer {
   #shown = null;
   #other = null;
   #running = true;
+  #steps = [];  // of the tour
   #place = null;  // {step, compensated, speed, noise}
   #hello = null;  // for the first message
   #error = new TrueError();  // of the other simulation
@@ -43,15 +44,26 @@ class SimulatedServer {
     this.#begin({...linkedPlace(), compensated: true});
     this.#hello = this.#shown.advance(0).hello;
     learn(this.#hello);
-    this.#begin({...this.#place, compensated: this.#hello.source.tour[this.#place.step].compensated});
+    this.#steps = this.#hello.source.tour;
+    this.#begin(this.#linked(this.#place));
     source.onopen();
     let before = performance.now();
     source.timer = setInterval(() => {
       const now = performance.now();
-      source.onmessage({data: JSON.stringify(this.#message(Math.min((now - before) / 1000, kLongest_s)))});
+      try {
+        source.onmessage({data: JSON.stringify(this.#message(Math.min((now - before) / 1000, kLongest_s)))});
+      } catch (error) {
+        clearInterval(source.timer);
+        document.getElementById('problem').textContent = `The simulation ended: ${error.message}`;
+        throw error;
+      }
       before = now;
     }, kPeriodMs);
+    addEventListener('hashchange', () => this.#begin(this.#linked(linkedPlace())));
   }
+
+  /// The place of a link, with the compensation of its step.
+  #linked(place) { return {...place, compensated: this.#steps[place.step].compensated}; }
 
   #begin(place) {
     this.#shown.begin(place);
@@ -67,8 +79,7 @@ class SimulatedServer {
     if (this.#hello) message.hello = this.#hello;
     this.#hello = null;
     for (const pose of this.#other.advance(seconds).poses.map(decode)) {
-      if (!pose?.valid) this.#error.restart();
-      if (pose) this.#error.add(pose.time_s, pose.true_mm);
+      if (pose) this.#error.add(pose, pose.time_s);
     }
     message.status.tour.other_mm = this.#error.rms_mm;
     return message;

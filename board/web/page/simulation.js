@@ -33,6 +33,10 @@ export class Simulation {
     if (refusal) throw new Error(refusal);
   }
 
-  /// Simulates `seconds`. Returns the message with their poses, as a server would send it.
-  advance(seconds) { return JSON.parse(this.#advance(seconds).slice('data: '.length)); }
+  /// Simulates `seconds`. Returns the message with their poses, as a server would send it. Throws with the program's reason.
+  advance(seconds) {
+    const text = this.#advance(seconds);
+    if (!text.startsWith('data: ')) throw new Error(text);
+    return JSON.parse(text.slice('data: '.length));
+  }
 }

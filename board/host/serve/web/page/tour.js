@@ -5,17 +5,16 @@ const kSpan_s = 1;
 const element = id => document.getElementById(id);
 const name = compensated => compensated ? 'with' : 'without';
 
-/// RMS over the last second of the error against the truth (3D), once there is a whole second of it.
+/// RMS over the last second of the error of valid poses against the truth (3D), once there is a whole second of it.
 export class TrueError {
   constructor() { this.restart(); }
 
   restart() { this.entries = []; }
 
-  add(t, mm) {
-    if (!Number.isFinite(mm)) return;
+  add(pose, t) {
     if (this.entries.length && t < this.entries.at(-1).t) this.restart();
-    this.entries.push({t, mm});
-    while (t - this.entries[0].t > kSpan_s) this.entries.shift();
+    if (pose.valid && Number.isFinite(pose.true_mm)) this.entries.push({t, mm: pose.true_mm});
+    while (this.entries.length && t - this.entries[0].t > kSpan_s) this.entries.shift();
   }
 
   get rms_mm() {
@@ -62,6 +61,7 @@ export class Tour {
     const isSame = place.step === this.place?.step && place.compensated === this.place.compensated && place.speed === this.place.speed;
     this.place = place;
     if (Number.isFinite(place.other_mm)) this.found.set(this.#key(!place.compensated), place.other_mm);
+    if (place.other_mm === null) this.found.delete(this.#key(!place.compensated));
     if (isSame) return;
     this.error.restart();
     element('tour_text').textContent = step.shows;
@@ -78,11 +78,10 @@ export class Tour {
   /// Takes a pose with its time t on the axis.
   add(pose, t) {
     if (!this.place) return;
-    this.error.add(t, pose.true_mm);
-    if (!pose.valid) this.error.restart();
-    const rms_mm = this.error.rms_mm;
-    if (rms_mm === null) return;
-    this.found.set(this.#key(this.place.compensated), rms_mm);
+    this.error.add(pose, t);
+    const key = this.#key(this.place.compensated);
+    if (this.error.rms_mm !== null) this.found.set(key, this.error.rms_mm);
+    if (!this.error.entries.length && !pose.valid) this.found.delete(key);
   }
 
   /// Call it after the poses of an event.
