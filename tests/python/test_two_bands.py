@@ -4,6 +4,7 @@ import dataclasses
 import os
 import tempfile
 import unittest
+import warnings
 
 import numpy as np
 import tricoil
@@ -104,6 +105,20 @@ class DualRate(unittest.TestCase):
         every, first = (dual_rate(one.high_coils, one.low_coils, one.high, one.low, params)[0] for one in (data, cut))
         for name in ("position_m", "quaternion_wxyz", "position_sigma_m", "distortion_m"):
             np.testing.assert_array_equal(getattr(every, name)[:6000], getattr(first, name))
+
+
+    def test_a_bias_that_diverges_is_no_error(self):
+        """After jumps that no sensor makes."""
+        data = two_bands(Scene(seed=3, duration_s=20))
+        random = np.random.default_rng(1)
+        data.high[3000:3070] = random.normal(size=(70, 9))
+        data.high[5000:5040] = data.high[1000:1040]
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            poses, _, scalar = dual_rate(data.high_coils, data.low_coils, data.high, data.low, DualRateParams(rows_per_line=32))
+        self.assertTrue(np.isfinite(scalar.value) and np.isfinite(scalar.sigma))
+        self.assertGreater(poses.is_valid[:5000].mean(), 0.95)
+        self.assertTrue(np.isfinite(poses.position_m[poses.is_valid]).all())
 
 
 class Track(unittest.TestCase):

@@ -80,6 +80,7 @@ def _check_alignment(files, bands, ratio):
                          f"{2 * ratio} lines before line k x {ratio}")
 
 
+@np.errstate(all="ignore")
 def check_bands(files: tuple[str, str], coils: tuple[Coils, Coils], bands: tuple[NDArray, NDArray], ratio: int, hemisphere: NDArray) -> None:
     """files, coils, bands: of the high and the low band, as read_coils() and read_bands() give them. hemisphere (3): of the first pose, zero: unknown. Raises
     ValueError, naming the file, if

@@ -17,8 +17,7 @@ class _Running:
     def __init__(self):
         self.noise = 0.0
 
-    def used(self, residual, min_variance):
-        size = float(residual @ residual) / 3
+    def used(self, size, min_variance):
         used = max(self.noise, size / 2, min_variance)
         self.noise += 0.2 * (size - self.noise)
         return used
@@ -60,7 +59,10 @@ class BandScalar:
             self._correct(low - self.share * high, slope * high, variance + misfit, self._redundant)
 
     def _correct(self, residual, slope, min_variance, running):
-        used = running.used(residual, min_variance)
-        information = float(slope @ slope) / used
+        size, steepness = float(residual @ residual) / 3, float(slope @ slope)
+        if not math.isfinite(size) or not math.isfinite(steepness):  # the bias diverged
+            return
+        used = running.used(size, min_variance)
+        information = steepness / used
         self._variance /= 1 + self._variance * information
         self.value = float(np.clip(self.value + self._variance * float(slope @ residual) / used, LEAST, MOST))

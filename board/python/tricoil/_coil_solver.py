@@ -39,8 +39,8 @@ class Fits:
 
 
 def turned(quaternion_wxyz: NDArray, rotation_rad: NDArray) -> NDArray:
-    """exp(rotation) q of quaternions (N, 4) and rotation vectors (N, 3) in the source frame."""
-    return wxyz(Rotation.from_rotvec(rotation_rad) * rotations(quaternion_wxyz))
+    """exp(rotation) q of quaternions (N, 4) and rotation vectors (N, 3) in the source frame; q, where a rotation is not finite."""
+    return wxyz(Rotation.from_rotvec(np.where(np.isfinite(rotation_rad).all(axis=1, keepdims=True), rotation_rad, 0)) * rotations(quaternion_wxyz))
 
 
 def _linearised(coils, x, position_m, quaternion_wxyz):

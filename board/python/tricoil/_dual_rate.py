@@ -216,6 +216,7 @@ class _Estimator:
             self.pose_variance = np.zeros(2) if covariance is None else self.high_variance * _axis_variances(covariance)
 
 
+@np.errstate(all="ignore")  # of a bias that diverges, after jumps that no sensor makes
 def dual_rate(high: Coils, low: Coils, high_x: NDArray, low_x: NDArray, params: DualRateParams) -> tuple[DualRatePoses, int, BandScalar]:
     """Poses of all high-band rows, the number of low-band lines that were accepted, and the scalar after the last of them.
 
