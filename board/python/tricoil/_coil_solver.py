@@ -194,8 +194,3 @@ def solve_cold(coils: Coils, x: NDArray, hemisphere: NDArray, most_misfit: float
     """Pose of couplings (9) without a previous pose, one row of Fits. hemisphere (3): direction to the half space of the sensor, source frame; zero: unknown,
     then coil offsets distinguish both. Starts from the direct solutions of both hemispheres, and near the coils from other directions."""
     return _Search(coils, x, np.asarray(hemisphere, float), most_misfit).run()
-
-
-def is_right_handed(coils: Coils, x: NDArray) -> bool:
-    """False if a coil is reversed or two are swapped: no pose gives these couplings (9)."""
-    return bool(np.linalg.det(x.reshape(3, 3)) * np.linalg.det(coils.moment) * np.linalg.det(coils.sensitivity) > 0)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._coil_model import Coils
-from ._coil_solver import is_right_handed, refine, solve_cold
+from ._coil_solver import refine, solve_cold
 from ._rotation import rotations
 
 MOST_ROWS = 256  # that are solved at once, from the same start
@@ -43,7 +43,7 @@ class _Tracker:
     def start(self, at):
         """Number of rows, 1."""
         fit = solve_cold(self.coils, self.x[at], self.hemisphere, self.most_misfit)
-        self.is_known = bool(fit.converged and is_right_handed(self.coils, self.x[at]))
+        self.is_known = bool(fit.converged)
         if self.is_known:
             sign = -1 if fit.quaternion_wxyz @ self.quaternion_wxyz < 0 else 1
             self.position_m, self.quaternion_wxyz = fit.position_m, sign * fit.quaternion_wxyz
