@@ -14,7 +14,7 @@ import numpy as np
 import tricoil
 from tricoil import _band_checks, _band_files
 from tricoil._dual_rate import DualRateParams, dual_rate
-from two_bands import Scene, two_bands
+from two_bands import Scene, calibration, two_bands
 
 COUNT = 300
 LONGEST_S = 5
@@ -53,12 +53,10 @@ def captures():
 def bands():
     """Calibration, high and low band, one after the other, and without its last rows."""
     data = two_bands(Scene(duration_s=0.25, ratio=8, metal_from_s=0.1))
-    coils = {name: {"source_pos": one.source_m.tolist(), "source_moment": (125 * one.moment).tolist(), "sensor_pos": one.sensor_m.tolist(),
-                    "sensor_moment": one.sensitivity.tolist()} for name, one in (("high", data.high_coils), ("low", data.low_coils))}
 
     def table(x):
         return ",".join(_band_files.COLUMNS) + "\n" + "".join(",".join(f"{value:.9g}" for value in row) + "\n" for row in x)
-    return ["\f".join((json.dumps(coils, indent=indent), table(data.high[:8 * lines]), table(data.low[:lines]))).encode() for indent, lines in ((1, 47), (None, 45))]
+    return ["\f".join((json.dumps(calibration(data), indent=indent), table(data.high[:8 * lines]), table(data.low[:lines]))).encode() for indent, lines in ((1, 47), (None, 45))]
 
 
 def read_bands(path):

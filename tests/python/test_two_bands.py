@@ -1,6 +1,7 @@
 """Poses from simulated couplings in two bands near moving metal, and the parts of their estimator."""
 
 import dataclasses
+import json
 import os
 import tempfile
 import unittest
@@ -18,7 +19,7 @@ from tricoil._dual_rate import DualRateParams, dual_rate
 from tricoil._pose_track import follow
 from tricoil._rotation import rotations, wxyz
 from tricoil._split_filter import SplitFilter, SplitParams
-from two_bands import ALUMINIUM, COUPLING, STEEL_304, TITANIUM, Scene, coils, truth_wxyz, two_bands
+from two_bands import ALUMINIUM, COUPLING, STEEL_304, TITANIUM, Scene, calibration, coils, truth_wxyz, two_bands
 
 NO_SIDE = np.zeros(3)
 
@@ -245,11 +246,9 @@ class Command(unittest.TestCase):
         for name, x in (("high", data.high), ("low", data.low)):
             self.options[name] = os.path.join(folder.name, name + ".csv")
             np.savetxt(self.options[name], x, delimiter=",", header=",".join(COLUMNS), comments="")
-        bands = {name: {"source_pos": one.source_m.tolist(), "source_moment": (125 * one.moment).tolist(), "sensor_pos": one.sensor_m.tolist(),
-                        "sensor_moment": one.sensitivity.tolist()} for name, one in (("high", data.high_coils), ("low", data.low_coils))}
         self.options["calibration"] = os.path.join(folder.name, "bands.json")
         with open(self.options["calibration"], "w") as file:
-            file.write(str(bands).replace("'", '"'))
+            json.dump(calibration(data), file)
         self.data = data
 
     def test_from_python(self):

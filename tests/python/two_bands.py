@@ -114,5 +114,11 @@ def two_bands(scene):
     return Data(high_coils, low_coils, noisy(clean, HIGH_NOISE) + metal, noisy(low, LOW_NOISE), position_m, turn, share)
 
 
+def calibration(data):
+    """As `tricoil couplings` reads it: the files' field has no factor 1/2 and is divided by 250."""
+    return {name: {"source_pos": one.source_m.tolist(), "source_moment": (125 * one.moment).tolist(), "sensor_pos": one.sensor_m.tolist(),
+                   "sensor_moment": one.sensitivity.tolist()} for name, one in (("high", data.high_coils), ("low", data.low_coils))}
+
+
 def truth_wxyz(data):
     return wxyz(data.turn)

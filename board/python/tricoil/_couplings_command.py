@@ -11,8 +11,9 @@ from ._band_files import read_bands, read_coils
 from ._dual_rate import DualRateParams, dual_rate
 from ._output_file import OutputFile, refuse_input_as_output
 
-COLUMNS = ("time_us,x_m,y_m,z_m,qw,qx,qy,qz,std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad,valid,distortion_mm,low_band\n")
+COLUMNS = "time_us,x_m,y_m,z_m,qw,qx,qy,qz,std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad,valid,distortion_mm,low_band\n"
 ROW = ",".join(["%.0f", *["%.7f"] * 3, *["%.8f"] * 4, *["%.4e"] * 6, "%d,%.4f,%d\n"])
+ROWS_AT_ONCE = 4096
 MOST_RATIO = 100_000
 MOST_SCALAR = 20
 CLOSEST_TO_MINUS_ONE = 0.05  # at -1 metal has no effect on the high band, and no bias can be estimated
@@ -59,10 +60,9 @@ def _params(ratio, scalar, tracker, rate_hz, hemisphere):
     return DualRateParams(row_period_s=1 / rate_hz, **params)
 
 
-def _csv(poses, params):
-    """One row for each high-band line. low_band is 1 at rows that have the time of a low-band line."""
-    count = len(poses.is_valid)
-    n = np.arange(count)
+def _csv(poses, first, params):
+    """One row for each high-band line, from line `first` on. low_band is 1 at rows that have the time of a low-band line."""
+    n = first + np.arange(len(poses.is_valid))
     sigmas = np.repeat(np.stack((poses.position_sigma_m, poses.rotation_sigma_rad), axis=1), 3, axis=1)
     values = np.column_stack((1e6 * (n * params.row_period_s), poses.position_m, poses.quaternion_wxyz, sigmas, poses.is_valid, 1e3 * poses.distortion_m,
                               n % params.rows_per_line == 0))
@@ -79,7 +79,9 @@ def run(high, low, ratio, calibration, out, scalar=None, tracker="scaat", rate_h
     check_bands((high, low), coils, bands, params.rows_per_line, params.hemisphere)
     with OutputFile(out) as file:
         poses, low_lines, found = dual_rate(*coils, *bands, params)
-        file.write(COLUMNS + _csv(poses, params))
+        file.write(COLUMNS)
+        for first in range(0, len(bands[0]), ROWS_AT_ONCE):
+            file.write(_csv(poses[first:first + ROWS_AT_ONCE], first, params))
         file.commit()
     valid = poses[poses.is_valid]
     return {"rows": len(bands[0]), "rows_valid": len(valid.is_valid), "low_lines": low_lines, "scalar": found.value, "scalar_sigma": found.sigma,
