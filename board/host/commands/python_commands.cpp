@@ -18,7 +18,12 @@ CLI::Option* list(CLI::App* sub, const std::string& name, const std::string& hel
 }
 
 CLI::Option* file(CLI::App* sub, const std::string& name, const std::string& help) {
-    return option<std::string>(sub, name, help)->type_name(kFileType);
+    return file_name(option<std::string>(sub, name, help));
+}
+
+std::string refuse_bad_ratio(const std::string& text) {
+    const std::uint64_t ratio = number_from<std::uint64_t>(text).value_or(0);
+    return ratio >= 2 && ratio <= 100'000 ? "" : text + " is not a whole number from 2 to 100000";
 }
 
 }  // namespace
@@ -27,7 +32,10 @@ void add_couplings_command(CLI::App* sub, Action& action) {
     file(sub, "--high", "CSV of the high band: source1_sensor1,source1_sensor2,...")->required();
     file(sub, "--low", "CSV of the low band; line k is the mean over the 2 x RATIO high-band lines before line k x RATIO")
         ->required();
-    option<std::string>(sub, "--ratio", "High-band lines for each low-band line")->required()->type_name("N");
+    option<std::string>(sub, "--ratio", "High-band lines for each low-band line")
+        ->required()
+        ->check(refuse_bad_ratio)
+        ->type_name("N");
     file(sub, "--calibration", "JSON with the coils of both bands: high and low")->required();
     file(sub, "--out", "CSV to write: one row for each high-band line")->required();
     option<double>(sub, "--scalar",
