@@ -9,7 +9,6 @@
 
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/pose_set.hpp"
-#include "board/host/couplings/band_files.hpp"
 #include "board/linux/text_rows.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/sim_input/trajectory_file.hpp"
@@ -109,10 +108,6 @@ std::string read_text_rows(const std::string& path) {
 }
 
 std::vector<Reader> readers() {
-    Cells bands = couplings("", [](int) { return std::vector<std::string>(); });
-    bands[0] = names(
-        "source1_sensor1,source1_sensor2,source1_sensor3,source2_sensor1,source2_sensor2,source2_sensor3,"
-        "source3_sensor1,source3_sensor2,source3_sensor3");
     Cells trajectory;
     for (int n = 0; n < 8; ++n) {
         trajectory.insert(trajectory.end(), {{"1", "0", "0", fmt::format("{}", 0.5 + n)},
@@ -143,16 +138,6 @@ std::vector<Reader> readers() {
         }
         return text;
     };
-    const auto band = [](const std::string& path) {
-        const std::string low = path + ".low";
-        std::filesystem::copy_file(path, low, std::filesystem::copy_options::overwrite_existing);
-        std::string text;
-        const BandRecording read = read_bands({path, low, 1});
-        for (const auto& x : read.high) {
-            text += text_of(x);
-        }
-        return text;
-    };
     const auto motion = [](const std::string& path) {
         std::string text;
         for (const auto& pose : read_trajectory(path)) {
@@ -173,7 +158,6 @@ std::vector<Reader> readers() {
          couplings("x_m,y_m,z_m,qw,qx,qy,qz,",
                    [&](int n) { return std::vector<std::string>{number(n), "0.5", "0", "0.6", "0.8", "0", "0"}; }),
          on_stage},
-        {"bands", bands, band},
         {"trajectory", trajectory, motion, false},
         {"live couplings", couplings("time_us,", [&](int n) { return std::vector<std::string>{number(1000 * n)}; }),
          read_text_rows},

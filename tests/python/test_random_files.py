@@ -1,6 +1,7 @@
-"""Random changes of valid files, read by read_poses() and demodulate(): a result, or a ValueError of one line that names the file. No other
+"""Random changes of valid files, read by read_poses(), demodulate() and `tricoil couplings`: a result, or a ValueError of one line that names the file. No other
 exception, no warning, no input that takes seconds. TRICOIL_RANDOM_S: seconds for each, from another seed each time; default: 300 files."""
 
+import json
 import os
 import random
 import struct
@@ -11,6 +12,9 @@ import warnings
 
 import numpy as np
 import tricoil
+from tricoil import _band_checks, _band_files
+from tricoil._dual_rate import DualRateParams, dual_rate
+from two_bands import Scene, calibration, two_bands
 
 COUNT = 300
 LONGEST_S = 5
@@ -44,6 +48,28 @@ def captures():
     wav = b"WAVEfmt " + struct.pack("<IHHIIHH", 16, 1, 4, 1000, 8000, 8, 16) + b"data" + struct.pack("<I", len(data)) + data
     table = "".join(",".join(f"{value:.5f}" for value in row) + "\n" for row in values)
     return [b"RIFF" + struct.pack("<I", len(wav)) + wav, table.encode(), b"x,y,z,current\n" + table.encode()]
+
+
+def bands():
+    """Calibration, high and low band, one after the other, and without its last rows."""
+    data = two_bands(Scene(duration_s=0.25, ratio=8, metal_from_s=0.1))
+
+    def table(x):
+        return ",".join(_band_files.COLUMNS) + "\n" + "".join(",".join(f"{value:.9g}" for value in row) + "\n" for row in x)
+    return ["\f".join((json.dumps(calibration(data), indent=indent), table(data.high[:8 * lines]), table(data.low[:lines]))).encode() for indent, lines in ((1, 47), (None, 45))]
+
+
+def read_bands(path):
+    """Files of the parts between form feeds."""
+    with open(path, "rb") as file:
+        parts = (file.read().split(b"\f") + 3 * [b""])[:3]
+    names = [f"{path}.{name}" for name in ("json", "high", "low")]
+    for name, part in zip(names, parts):
+        with open(name, "wb") as file:
+            file.write(part)
+    coils, x = _band_files.read_coils(names[0]), _band_files.read_bands(*names[1:], 8)
+    _band_checks.check_bands(names[1:], coils, x, 8, np.zeros(3))
+    dual_rate(*coils, *x, DualRateParams(rows_per_line=8))
 
 
 def changed(files, chance):
@@ -119,6 +145,9 @@ class RandomFiles(unittest.TestCase):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             self.assertRaisesRegex(ValueError, pattern, read, self.path)
+
+    def test_bands(self):
+        self.run_on(bands(), read_bands)
 
     def test_captures(self):
         self.run_on(captures(), lambda path: tricoil.demodulate(path, CARRIERS_HZ, rate_hz=1000))

@@ -34,8 +34,6 @@ inline std::complex<double> polarisability(const Sphere& s, double frequency_hz)
 }
 
 inline const Sphere kSteel304{0.02, 1.39e6, 1.02};
-inline const Sphere kTitanium{0.03, 5.85e5, 1};
-inline const Sphere kAluminium{0.03, 3.77e7, 1};
 
 struct TwoBandScene {
     unsigned seed = 1;
@@ -44,7 +42,6 @@ struct TwoBandScene {
     double duration_s = 12;
     double metal_from_s = 3;
     Sphere sphere = kSteel304;
-    bool sensor_moves = true;
     double high_hz = 10500;
     double low_hz = 300;
     double high_noise = 3e-6;  // relative to the norm of the couplings
@@ -57,7 +54,6 @@ struct TwoBandData {
     std::vector<Mat3<double>> high;
     std::vector<Mat3<double>> low;  // line k: mean over the 2 * ratio high-band lines before line k * ratio
     std::vector<solver::RigidPose<double>> truth;
-    std::size_t first_metal_row = 0;
     double share = 0;  // effect of the sphere in the low band relative to the high band
 };
 
@@ -132,11 +128,10 @@ inline TwoBandData two_bands(const TwoBandScene& scene) {
     data.low_model.source_moment *= 0.03;
     const std::complex<double> high_effect = polarisability(scene.sphere, scene.high_hz);
     data.share = polarisability(scene.sphere, scene.low_hz).real() / high_effect.real();
-    const SmoothPath hand(random, scene.sensor_moves ? 0.05 : 0, 0.2, 1.1);
-    const SmoothPath wrist(random, scene.sensor_moves ? 0.25 : 0, 0.2, 1.1);
+    const SmoothPath hand(random, 0.05, 0.2, 1.1);
+    const SmoothPath wrist(random, 0.25, 0.2, 1.1);
     const SmoothPath metal(random, 0.06, 0.15, 0.45);
     const auto rows = static_cast<std::size_t>(scene.duration_s * scene.rate_hz);
-    data.first_metal_row = static_cast<std::size_t>(scene.metal_from_s * scene.rate_hz);
     std::vector<Mat3<double>> low{Mat3<double>::Zero()};  // running sum
     for (std::size_t n = 0; n < rows; ++n) {
         const double t = static_cast<double>(n) / scene.rate_hz;

@@ -1,4 +1,4 @@
-// Options of commands that are in the Python package alone: demodulate, design.
+// Options of commands that are in the Python package alone: couplings, demodulate, design.
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/program.hpp"
 
@@ -18,10 +18,40 @@ CLI::Option* list(CLI::App* sub, const std::string& name, const std::string& hel
 }
 
 CLI::Option* file(CLI::App* sub, const std::string& name, const std::string& help) {
-    return option<std::string>(sub, name, help)->type_name(kFileType);
+    return file_name(option<std::string>(sub, name, help));
+}
+
+std::string refuse_bad_ratio(const std::string& text) {
+    const std::uint64_t ratio = number_from<std::uint64_t>(text).value_or(0);
+    return ratio >= 2 && ratio <= 100'000 ? "" : text + " is not a whole number from 2 to 100000";
 }
 
 }  // namespace
+
+void add_couplings_command(CLI::App* sub, Action& action) {
+    file(sub, "--high", "CSV of the high band: source1_sensor1,source1_sensor2,...")->required();
+    file(sub, "--low", "CSV of the low band; line k is the mean over the 2 x RATIO high-band lines before line k x RATIO")
+        ->required();
+    option<std::string>(sub, "--ratio", "High-band lines for each low-band line")
+        ->required()
+        ->check(refuse_bad_ratio)
+        ->type_name("N");
+    file(sub, "--calibration", "JSON with the coils of both bands: high and low")->required();
+    file(sub, "--out", "CSV to write: one row for each high-band line")->required();
+    option<double>(sub, "--scalar",
+                   "K of the extrapolation to zero metal: low - K (high - low); default: estimated from the data so far");
+    one_of(option<std::string>(sub, "--tracker", "Kalman filter of pose and bias (scaat), or hold the last bias (direct)"),
+           {"scaat", "direct"})
+        ->default_str("scaat");
+    option<double>(sub, "--rate-hz", "High-band lines per second")->default_str("1500");
+    vector_xyz(list<double>(sub, "--hemisphere", "Half space (source frame) of the first pose; default: from the coils"));
+    sub->add_flag("--json")->description("Summary as JSON");
+    set_examples(
+        sub,
+        {{"poses at the rate of the high band",
+          "tricoil couplings --high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out bands.csv"}});
+    run_in_python(sub, action);
+}
 
 void add_demodulate_command(CLI::App* sub, Action& action) {
     file(sub, "capture",

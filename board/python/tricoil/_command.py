@@ -34,7 +34,8 @@ def _words(options: dict[str, Any]) -> list[str]:
 
 
 # Commands in this package: the module whose run() gives the result, or a tuple of it and more, and the files that it takes.
-MODULES = {"bench": ("_bench", "one"), "calibrate wiring": ("_wiring_command", "all"), "convert": ("_convert", "one"), "demodulate": ("_demodulate", "one"),
+MODULES = {"bench": ("_bench", "one"), "calibrate wiring": ("_wiring_command", "all"), "convert": ("_convert", "one"),
+           "couplings": ("_couplings_command", "none"), "demodulate": ("_demodulate", "one"),
            "design": ("_design", "none"), "figures": ("_figures", "none"), "motion": ("_motion_command", "none"), "truth": ("_truth_command", "all"),
            "generator simulate": ("_generator_simulate", "none"), "generator solve": ("_generator_solve", "all"),
            "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "plot": ("_plot_command", "one")}

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import _array_file
 from ._byte_stream import ByteStream
-from ._table_rows import Table
+from ._table_rows import Rows, Table
 
 EXPECTED = "x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j), optionally q11,...,q33"
 ENTRIES = [f"{i}{j}" for i in "123" for j in "123"]
@@ -24,9 +24,22 @@ class _Text:
         return self._file.read()
 
 
-def _matrices(table, rows, kind):
-    columns = [table.column(kind + entry, EXPECTED) for entry in ENTRIES]
+def matrices(table: Table, rows: Rows, names: list[str], expected: str):
+    """Nine columns of numbers, (N, 3, 3)."""
+    columns = [table.column(name, expected) for name in names]
     return np.stack(table.numbers(rows, [(column, None) for column in columns]), axis=1).reshape(-1, 3, 3)
+
+
+def refuse_dead(table: Table, rows: Rows, x) -> None:
+    """Raises ValueError that names file and line of couplings (N, 3, 3) that are zero or have rank below three."""
+    is_dead = ~(abs(np.linalg.det(x)) > LEAST_DETERMINANT * np.linalg.norm(x, axis=(1, 2)) ** 3)
+    if is_dead.any():
+        raise ValueError(f"{table.path}:{rows.lines[is_dead.argmax()]}: the couplings are zero or have rank below three: a coil or a channel was "
+                         "dead; remove the line")
+
+
+def _matrices(table, rows, kind):
+    return matrices(table, rows, [kind + entry for entry in ENTRIES], EXPECTED)
 
 
 def _rows_of(table):
@@ -35,11 +48,7 @@ def _rows_of(table):
     has_quadrature = any(has("q" + entry) for entry in ENTRIES)
     while (rows := table.next()) is not None:
         x = _matrices(table, rows, kind)
-        z = x + 1j * _matrices(table, rows, "q") if has_quadrature else x
-        dead = ~(abs(np.linalg.det(z)) > LEAST_DETERMINANT * np.linalg.norm(z, axis=(1, 2)) ** 3)
-        if dead.any():
-            raise ValueError(f"{table.path}:{rows.lines[dead.argmax()]}: the couplings are zero or have rank below three: a coil or a channel was "
-                             "dead; remove the line")
+        refuse_dead(table, rows, x + 1j * _matrices(table, rows, "q") if has_quadrature else x)
         yield x
 
 

@@ -96,6 +96,16 @@ def motion(options, files):
         put_written(as_json, options.get("out"), options.get("plot"), options.get("plan"))
 
 
+def couplings(options, _):
+    from tricoil import _couplings_command
+
+    as_json = options.pop("json", False)
+    result = _couplings_command.run(**options)
+    put_result(result, as_json, _couplings_command.text(result), options["out"])
+    if not result["rows_valid"]:
+        sys.exit(1)
+
+
 def demodulate(options, files):
     from tricoil import _demodulate
 
@@ -202,7 +212,7 @@ def evaluate_picture(options, files):
     sys.exit(int(options["code"]))
 
 
-COMMANDS = {"bench": bench, "convert": convert, "demodulate": demodulate, "design": design, "evaluate": evaluate,
+COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodulate": demodulate, "design": design, "evaluate": evaluate,
             "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "truth": truth,
             "wiring": wiring, **{name: of_generator(name) for name in ("simulate", "solve", "calibrate")}}
 WITHOUT_SCIPY = ("evaluate-picture", "figures", "plot")

@@ -13,7 +13,7 @@ namespace tricoil::tracking {
 /// along itself, most in the low band, and expels it across: its share differs between the couplings, and is often above 1 or
 /// negative. Metal whose share is near 1 cannot be told from a change of pose.
 ///
-/// It needs coils whose calibration leaves little misfit of its own. BandScalar uses changes of the misfit instead.
+/// It needs coils whose calibration leaves little misfit of its own. `tricoil couplings` uses changes of the misfit instead.
 class BandShare {
 public:
     /// frames: length of the windows.
