@@ -166,6 +166,14 @@ class Files(unittest.TestCase):
                 self.assertAlmostEqual(found.sensors[2].gain / found.sensors[1].gain / (gains[1] / gains[0]), 1, delta=0.01)
                 self.assertAlmostEqual(np.sqrt(np.mean(found.misfit**2)), 1e-3, delta=1e-4)  # 48 rows, 49 unknowns of 384: without them 7 % less
 
+    def test_wrong_noise_and_coils_are_one_clear_line(self):
+        generator = tricoil.planar_generator()
+        couplings = generator.couplings(*random_poses(3)[:2])
+        for options, message in (({"sigma": -1e-6}, "sigma: must be from 0"), ({"sigma": 1e300}, "sigma: must be from 0"), ({"sigma": [1e-6] * 4}, "sigma: has shape"),
+                                 ({"sigma": 1e-6, "used": [True] * 7}, "used: has shape"), ({"sigma": 1e-6, "used": [1.0] * 8}, "used: has shape")):
+            with self.subTest(options), self.assertRaisesRegex(ValueError, message):
+                tricoil.solve_5dof(couplings, generator, **options)
+
     def test_rows_of_couplings_are_equal_or_one(self):
         generator = tricoil.planar_generator()
         position, axis, _ = random_poses(4)
