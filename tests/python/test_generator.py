@@ -182,6 +182,8 @@ class Files(unittest.TestCase):
         self.assertEqual(generator.couplings(position[:1], axis).shape, (4, 8))
         for wrong in ((position, axis[:3]), (position, axis, [1, 2]), (position, axis, [[1]])):
             self.assertRaisesRegex(ValueError, "same number, or one", generator.couplings, *wrong)
+        for wrong in ((position, axis[:1]), (position.ravel(), axis), (position[:, :2], axis)):
+            self.assertRaisesRegex(ValueError, "same shape", generator.field, *wrong)
 
     def test_mounts_crosstalk_and_sizes_are_estimated(self):
         """Two coils on a body that turns in all directions: their offsets and axes are unknown."""

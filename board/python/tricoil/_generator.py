@@ -73,7 +73,10 @@ class Generator:
 
     def field(self, position_m: NDArray, sensitivity: NDArray) -> NDArray:
         """(M, N, 7): couplings of the coils alone, their gradients with respect to position and sensitivity. Arguments: (M, 3) both."""
-        return _tricoil.generator_couplings(self.coils(), np.ascontiguousarray(position_m, float), np.ascontiguousarray(sensitivity, float))
+        p, n = np.ascontiguousarray(position_m, float), np.ascontiguousarray(sensitivity, float)
+        if p.ndim != 2 or p.shape[1] != 3 or p.shape != n.shape:
+            raise ValueError(f"position_m, sensitivity: have shapes {p.shape} and {n.shape}; give the same shape (M, 3)")
+        return _tricoil.generator_couplings(self.coils(), p, n)
 
     def couplings(self, position_m: ArrayLike, axis: ArrayLike, gain: ArrayLike = 1.0) -> NDArray:
         """Couplings (M, N), as they are measured, of a sensor coil at positions (M, 3) with unit axes (M, 3), generator frame. gain: a number or
