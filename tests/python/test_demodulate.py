@@ -160,6 +160,11 @@ class Arrays(unittest.TestCase):
         np.testing.assert_allclose(mended["mean"], X, atol=1e-3)
         np.testing.assert_allclose(mended["rows"]["x"].mean(axis=0), X, atol=1e-3)
         self.assertIsNone(mended["induced_misfit_share"])
+        crossed = tricoil.Wiring((1, 2, 3), (-3, 1, 2))
+        found = tricoil.demodulate(values, CARRIERS_HZ, rate_hz=RATE_HZ, reference=4, wiring=crossed)
+        self.assertLess(found["induced_misfit_share"], 1e-4)  # divided by the carrier of each source coil
+        given = tricoil.demodulate(values, (45.3, 64.6, 80), rate_hz=RATE_HZ, reference=4, induced=True, block=400)  # the carriers of the samples count
+        np.testing.assert_allclose(given["mean"], mended["mean"], atol=2e-4)
         self.assertIsNone(tricoil.demodulate(at_once(), CARRIERS_HZ, rate_hz=RATE_HZ, reference=4)["induced_misfit_share"])
 
     def test_coils_in_turn(self):

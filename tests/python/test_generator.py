@@ -132,6 +132,59 @@ class Files(unittest.TestCase):
         self.assertIsNone(first["roll_rad"])
         self.assertEqual(first["status"], "converged")
 
+    def test_poses_that_do_not_determine_the_coils_are_refused(self):
+        generator = tricoil.planar_generator()
+        position, axis, rng = random_poses(60)
+        line, plane = position[:1] + np.linspace(0, 0.2, 60)[:, None] * [1, 0.3, 0.2], position * [1, 1, 0] + [0, 0, 0.2]
+        for name, p, n, message in (("one pose", position[:1], axis[:1], "do not determine"), ("line", line, axis[:1], "do not determine"),
+                                    ("plane", plane, [[0, 0, 1.0]], "both sides"), ("plane, inclined", plane, axis, None), ("few", position[:8], axis[:8], "at least 12")):
+            p, n = (np.broadcast_to(v, (len(p) if name == "few" else 60, 3)) for v in (p, n))
+            c = generator.couplings(p, n)
+            c *= 1 + 1e-4 * rng.normal(size=c.shape)
+            np.savetxt(self.path("poses.csv"), np.hstack((p, n, c)), delimiter=",", header="x_m,y_m,z_m,nx,ny,nz," + ",".join(generator.names), comments="")
+            with self.subTest(name):
+                if message is None:
+                    _generator_calibrate.run([self.path("poses.csv")], out=self.path("c.toml"))
+                    continue
+                with self.assertRaisesRegex(ValueError, f"poses.csv: .*{message}"):
+                    _generator_calibrate.run([self.path("poses.csv")], out=self.path("c.toml"))
+
+    def test_gains_that_differ_and_a_misfit_by_degrees_of_freedom(self):
+        generator = tricoil.planar_generator()
+        for gains, message in (((1, 30.0), None), ((0.01, 1), None), ((1, -1.0), "sensor coil 2 is reversed")):
+            position, axis, rng = random_poses(48)
+            sensor = np.arange(48) % 2
+            c = generator.couplings(position, axis, np.array(gains)[sensor])
+            c += 1e-3 * np.linalg.norm(c, axis=1, keepdims=True) * rng.normal(size=c.shape)
+            np.savetxt(self.path("two.csv"), np.column_stack((position, axis, sensor + 1, c)), delimiter=",", header="x_m,y_m,z_m,nx,ny,nz,sensor," + ",".join(generator.names), comments="")
+            run = lambda: _generator_calibrate.run([self.path("two.csv")], out=self.path("c.toml"), model="dipole")
+            with self.subTest(gains):
+                if message:
+                    self.assertRaisesRegex(ValueError, message, run)
+                    continue
+                found = run()[1]
+                self.assertAlmostEqual(found.sensors[2].gain / found.sensors[1].gain / (gains[1] / gains[0]), 1, delta=0.01)
+                self.assertAlmostEqual(np.sqrt(np.mean(found.misfit**2)), 1e-3, delta=1e-4)  # 48 rows, 49 unknowns of 384: without them 7 % less
+
+    def test_wrong_noise_and_coils_are_one_clear_line(self):
+        generator = tricoil.planar_generator()
+        couplings = generator.couplings(*random_poses(3)[:2])
+        for options, message in (({"sigma": -1e-6}, "sigma: must be from 0"), ({"sigma": 1e300}, "sigma: must be from 0"), ({"sigma": [1e-6] * 4}, "sigma: has shape"),
+                                 ({"sigma": 1e-6, "used": [True] * 7}, "used: has shape"), ({"sigma": 1e-6, "used": [1.0] * 8}, "used: has shape")):
+            with self.subTest(options), self.assertRaisesRegex(ValueError, message):
+                tricoil.solve_5dof(couplings, generator, **options)
+
+    def test_rows_of_couplings_are_equal_or_one(self):
+        generator = tricoil.planar_generator()
+        position, axis, _ = random_poses(4)
+        every = generator.couplings(position, axis[:1], [1, 2, 3, 4])
+        np.testing.assert_allclose(every[2], 3 * generator.couplings(position[2], axis[0])[0])
+        self.assertEqual(generator.couplings(position[:1], axis).shape, (4, 8))
+        for wrong in ((position, axis[:3]), (position, axis, [1, 2]), (position, axis, [[1]])):
+            self.assertRaisesRegex(ValueError, "same number, or one", generator.couplings, *wrong)
+        for wrong in ((position, axis[:1]), (position.ravel(), axis), (position[:, :2], axis)):
+            self.assertRaisesRegex(ValueError, "same shape", generator.field, *wrong)
+
     def test_mounts_crosstalk_and_sizes_are_estimated(self):
         """Two coils on a body that turns in all directions: their offsets and axes are unknown."""
         rng = np.random.default_rng(4)
@@ -175,12 +228,34 @@ class Files(unittest.TestCase):
         self.assertGreater(solved["solved"], 430)
         self.assertLess(solved["truth"]["position_rms_m"], 5e-4)
 
-    def test_time_slots_along_a_path(self):
+    def along_a_path(self):
         t = np.arange(0, 4, 0.01)
         q = Rotation.from_rotvec(np.column_stack((np.sin(t), 0.5 * np.cos(t), t / 4))).as_quat()[:, [3, 0, 1, 2]]
         table = np.column_stack((t, 0.1 * np.sin(t), 0.1 * np.cos(1.3 * t), 0.03 * np.sin(0.7 * t), q))
         np.savetxt(self.path("path.csv"), table, delimiter=",", header="time_s,x_m,y_m,z_m,qw,qx,qy,qz", comments="")
-        table, generator = self.simulated(path=self.path("path.csv"), slot_s=0.003, rate_hz=40, snr_db=100)
+        return self.simulated(path=self.path("path.csv"), slot_s=0.003, rate_hz=40, snr_db=100)
+
+    def test_the_predicted_motion_error_is_that_of_the_solved_rows_and_used_coils(self):
+        table, generator = self.along_a_path()
+        solve = lambda name, **more: _generator_solve.run([name], generator=generator, side=SIDE, sigma=2e-3, slot_s=0.003, **more)[0]
+        lines = (self.folder / "coil.csv").read_text().splitlines()
+        for n in (20, 21, 60):  # couplings that fit no pose
+            lines[n] = ",".join([*lines[n].split(",")[:-8], *["0.1", "-0.3", "0.2", "0.4"] * 2])
+        (self.folder / "damaged.csv").write_text("\n".join(lines) + "\n")
+        whole, damaged = (solve(name, gain=1, out=self.path("p.jsonl"))["motion"]["position_rms_m"] for name in (table, self.path("damaged.csv")))
+        self.assertLess(abs(damaged / whole - 1), 0.05)
+        self.assertEqual(sum(json.loads(line)["motion_error_m"] is None for line in (self.folder / "p.jsonl").read_text().splitlines()), 3)
+        fewer = solve(table, gain=1, without="c1,c2")
+        self.assertLess(abs(fewer["motion"]["position_rms_m"] / fewer["truth"]["position_rms_m"] - 1), 0.05)
+        unknown = solve(table)["motion"]
+        text = (self.folder / "g.toml").read_text()
+        (self.folder / "g.toml").write_text(text + "\n[[sensor]]\nnumber = 7\ngain = 1\n")  # of another sensor coil
+        self.assertEqual(solve(table)["motion"], unknown)
+        for wrong in (1e9, -0.003, float("nan")):
+            self.assertRaisesRegex(ValueError, "--slot-s: must be from 0 to 1", _generator_solve.run, [table], generator=generator, slot_s=wrong)
+
+    def test_time_slots_along_a_path(self):
+        table, generator = self.along_a_path()
         result, _ = _generator_solve.run([table], generator=generator, side=SIDE, gain=1, sigma=2e-3, slot_s=0.003)
         self.assertGreater(result["solved"], 0.95 * result["poses"])
         self.assertLess(abs(result["motion"]["position_rms_m"] / result["truth"]["position_rms_m"] - 1), 0.05)
@@ -196,7 +271,8 @@ class Files(unittest.TestCase):
         (self.folder / "silent.csv").write_text("\n".join([rows[0]] + [",".join([*row.split(",")[:9], "0", *row.split(",")[10:]]) for row in rows[1:]]) + "\n")
         (self.folder / "fewer.csv").write_text("\n".join(row.rsplit(",", 1)[0] for row in rows) + "\n")
         (self.folder / "empty.toml").write_text("a = 1\n")
-        solve = _generator_solve.run
+        (self.folder / "short.csv").write_text("time_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + "".join(f"{0.01 * n},0,0,{0.01 * n},1,0,0,0\n" for n in range(4)))
+        solve, simulate = _generator_solve.run, lambda **options: _generator_simulate.run(out=self.path("x.csv"), **options)
         for call, message in (
             (lambda: solve([table], generator=generator, gain=0), "--gain: must be positive"),
             (lambda: solve([table], generator=generator, without="c1,c2,c3"), "fewer equations than unknowns"),
@@ -212,10 +288,40 @@ class Files(unittest.TestCase):
             (lambda: solve([table], generator=generator, slot_s=0.001), "--slot-s: needs a column time_s"),
             (lambda: _generator_calibrate.run([self.path("silent.csv")], out=self.path("c.toml")), "coil c3 is silent"),
             (lambda: _generator_calibrate.run([table], out=self.path("c.toml"), model="best"), "--model must be"),
-            (lambda: _generator_simulate.run(out=self.path("x.csv"), coils=17), "--coils: must be from 1 to 16"),
+            (lambda: simulate(coils=17), "--coils: must be from 1 to 16"),
+            *((lambda db=db: simulate(snr_db=db), "--snr-db: must be from -100 to 400") for db in ("nan", 1e9, -400)),
+            *((lambda name=name: simulate(**{name: 0.01}), "only with --path") for name in ("slot_s", "place", "rate_hz")),
+            (lambda: simulate(generator=generator, coils=3), "--coils: the generator has its own"),
+            (lambda: simulate(path=self.path("short.csv"), count=3), "--count: only without --path"),
+            (lambda: simulate(path=self.path("short.csv"), slot_s=0.01, rate_hz=10), "short.csv: lasts 0.03 s, less than the slots"),
         ):
             with self.subTest(message), self.assertRaisesRegex(ValueError, message):
                 call()
+
+    def test_the_file_of_a_generator_is_checked(self):
+        _, path = self.simulated(count=20)
+        text = (self.folder / "g.toml").read_text()
+        with_sensor = text + "[[sensor]]\nnumber = 1\ngain = 1.0\n"
+        for damaged, message in (
+            ("crosstalk = {a = 1}\n" + text, "crosstalk must be 8 rows"),
+            ("crosstalk = [[\"1\"]]\n" + text, "crosstalk must be 8 rows"),
+            ("colour = 1\n" + text, "unknown key colour"),
+            ("left_handed_stage = 1\n" + text, "must be true or false"),
+            (text.replace("misfit = 0", "misfitt = 0", 1), "coil c1: unknown key misfitt"),
+            (text.replace("misfit = 0", "misfit = -1", 1), "misfit of the generator: .*not negative"),
+            (text.replace("position_m = [", "position_m = [\"0\", ", 1), "position_m must be 3 numbers"),
+            (text.replace("octupole_m2 = 0", "octupole_m2 = \"0\"", 1), "octupole_m2 must be a number"),
+            (with_sensor + "offset_m = [0, 0, 0]\n", "needs offset_m and axis, or neither"),
+            (with_sensor + "offset_m = [0, 0, 0]\naxis = [0, 0, 2]\n", "axis has length 2, not 1"),
+            (with_sensor + "gian = 2\n", "unknown key gian"),
+            (with_sensor + "[[sensor]]\nnumber = 1\ngain = 2\n", "same number"),
+        ):
+            (self.folder / "damaged.toml").write_text(damaged)
+            with self.subTest(message), self.assertRaisesRegex(ValueError, f"damaged.toml: .*{message}"):
+                tricoil.read_generator(self.path("damaged.toml"))
+        names = ('a"b', "c\\d", "e\tf\x7f", "µ")
+        (self.folder / "names.toml").write_text(_generator_simulate.to_toml(tricoil.Generator(names, np.zeros((4, 3)), np.ones((4, 3)))), encoding="utf-8")
+        self.assertEqual(tricoil.read_generator(self.path("names.toml")).names, names)
 
     def test_another_order_of_coils_fits_no_pose(self):
         """The names say the order; couplings behind exchanged names fit nowhere."""

@@ -63,7 +63,6 @@ class Analyser:
             raise ValueError("--induced: coils that are driven in turn have one carrier; leave it out")
         self.induced = induced
         self.given_hz = np.array(carrier_hz, float)
-        self.growth = self.given_hz / self.given_hz.mean()  # of induced voltages
         self.w = 2 * np.pi * self.given_hz / self.rate_hz  # of the carriers, radians per sample
         self.block_samples = int(min(self._checked_block(block), LONGEST_BLOCK))
         self.flags = np.zeros(len(_block_flags.NAMES), bool)
@@ -146,20 +145,21 @@ class Analyser:
             advance = np.einsum("bck,bck->k", first.conj(), second)  # of the phase, in half a block
             self.w = self.w + np.angle(advance * np.exp(-1j * self.w * half)) / half
         self.carrier_hz = self.w / (2 * np.pi) * self.rate_hz
+        self.growth = self.carrier_hz / self.carrier_hz.mean()  # of induced voltages
         self.offset_ppm = 1e6 * (self.carrier_hz / self.given_hz - 1)
         self.fit = ToneFit(self.w, self.samples)
 
     def _search(self, values):
         """The strongest frequency near each carrier, where the phase over half a block would be ambiguous."""
+        length = 2 * self.samples  # bins of half a period a block
         window = np.hanning(self.samples)
+        power = sum(abs(np.fft.rfft(window * values[b, :, c], length)) ** 2 for b, c in np.ndindex(len(values), values.shape[2]))
         near = np.diff(np.sort(np.concatenate(([0.0], self.w, [np.pi])))).min() / 2
         for k, w in enumerate(self.w):
             reach = min(1e-6 * MOST_OFFSET_PPM * w, near)
-            steps = int(reach * self.samples / np.pi)  # of half a period a block
-            if steps > 0:
-                tried = w + np.arange(-steps, steps + 1) * reach / steps
-                power = [np.sum(abs(np.einsum("n,bnc->bc", window * np.exp(-1j * one * np.arange(self.samples)), values)) ** 2) for one in tried]
-                self.w[k] = tried[int(np.argmax(power))]
+            if reach * self.samples >= np.pi:
+                first, last = (int(np.round((w + side * reach) * length / (2 * np.pi))) for side in (-1, 1))
+                self.w[k] = 2 * np.pi * (first + int(np.argmax(power[first:last + 1]))) / length
 
     def _tones_of(self, blocks: Blocks):
         """Amplitudes (B, C, K), of coils at the same time with the phases at the first sample of the capture; and noise (B, C)."""
@@ -313,7 +313,8 @@ class Analyser:
         """The misfit with --induced, if that would be much smaller; otherwise None."""
         if self.induced or self.capture.has_states:
             return None
-        other = sensor_in(mean / self.growth, scatter)["misfit_share"]
+        growth = self.growth[np.argsort(np.abs(self.wiring.source))]  # by source coil, as the columns of the couplings
+        other = sensor_in(mean / growth, scatter)["misfit_share"]
         return other if other < WORTH * misfit_share else None
 
     def result(self) -> dict:

@@ -34,7 +34,10 @@ def run(files, out=None, model=None):
     if len(frames) < 12:
         raise ValueError(f"{where}: {len(frames)} rows; at least 12 poses are needed")
     chosen = model or ("full" if _equations(frames) >= RICH else "dipole")
-    generator, residual = fitted(frames, chosen)
+    try:
+        generator, residual = fitted(frames, chosen)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
     if residual > WORST:
         raise ValueError(f"{where}: {100 * residual:.1f} % of the couplings stay unexplained; are the poses those of the couplings, in the right units?")
     write_whole(out, to_toml(generator))

@@ -16,6 +16,10 @@ SCALE = 2e-3  # residual relative to a row's couplings: the size of an ordinary 
 OFFSET_PRIOR_M = 0.1  # weak: fixes only what the poses do not show
 CROSSTALK_PRIOR = 0.3
 RICH = 6  # equations for each unknown of the model with crosstalk and sizes
+LEAST_ROWS = 12  # of the sensor coil with which the search begins
+MOST_CONDITION = 1e6  # of the Jacobian with columns of unit length, as in `tricoil calibrate stage`
+FLAT = 1e-3  # thickness of poses in a plane, relative to their size
+MIRRORED = 3.0  # residual of coils on the other side of such a plane, relative to that of the fit
 
 
 def dyads(position_m, at_m):
@@ -35,6 +39,9 @@ class _Rows:
         self.position_m, self.couplings, self.axis = frames.position_m, frames.couplings, frames.axis
         self.turn = None if turn is None else turn.as_matrix()
         self.weight = 1 / np.linalg.norm(frames.couplings, axis=1)
+        rows_of = np.bincount(self.index)
+        self.first = int(np.argmax(rows_of))  # sensor coil with the most rows
+        self.begins = self.index == self.first if rows_of.max() >= LEAST_ROWS else np.ones(len(self.index), bool)
 
     def geometry(self, offset_m, sensitivity):
         """Positions and sensitivities of the coils, (M, 3)."""
@@ -44,11 +51,11 @@ class _Rows:
 
 
 def _products(rows, at_m, coil):
-    """For a source coil at at_m: the products of sensitivities and moment that explain its couplings best, (3 K, 3), or (1, 3) if the axes are
-    known, and the residuals. Linear least squares; without offsets."""
+    """For a source coil at at_m: the products of sensitivities and moment that explain its couplings best, (3 K, 3), or (1, 3), of one sensor
+    coil, if the axes are known, and the residuals. Linear least squares; without offsets."""
     t = dyads(rows.position_m, at_m)
-    blocks, residuals = [], np.empty(len(rows.couplings))
-    parts = [np.ones(len(residuals), bool)] if rows.turn is None else [rows.index == k for k in range(len(rows.numbers))]
+    blocks, residuals = [], np.zeros(len(rows.couplings))
+    parts = [rows.begins] if rows.turn is None else [rows.index == k for k in range(len(rows.numbers))]
     for part in parts:
         if rows.turn is None:
             a = np.einsum("mi,mij->mj", rows.axis[part], t[part])
@@ -78,13 +85,24 @@ def _place(rows, coil, starts):
     return min(found, key=lambda one: one.cost).x
 
 
+def _gains(rows, places, moments):
+    """Gains (K,) of sensor coils with known axes, that of the first one is 1: linear least squares."""
+    alone = np.stack([np.einsum("mi,mij,j->m", rows.axis, dyads(rows.position_m, place), moment) for place, moment in zip(places, moments)], axis=1)
+    alone, measured = (values * rows.weight[:, None] for values in (alone, rows.couplings))
+    gains = np.array([np.sum((alone * measured)[part]) / np.sum(alone[part] ** 2) for part in (rows.index == k for k in range(len(rows.numbers)))])
+    return np.where(rows.begins.all(), 1.0, gains / gains[rows.first])
+
+
 def _initial(rows, count):
     """Positions and moments of the coils, sensitivities of the sensor coils (K, 3): products of rank one."""
     starts = _starts(rows)
     places = np.array([_place(rows, coil, starts) for coil in range(count)])
     products = [_products(rows, place, coil)[0] for coil, place in enumerate(places)]
     if rows.turn is None:
-        return places, np.concatenate(products), np.ones((len(rows.numbers), 3))
+        moments = np.concatenate(products)
+        gains = _gains(rows, places, moments)
+        scale = np.sqrt(np.mean(gains**2))
+        return places, moments * scale, np.repeat(gains[:, None] / scale, 3, axis=1)
     u, s, vt = np.linalg.svd(np.concatenate(products, axis=1), full_matrices=False)
     scale = np.sqrt(len(rows.numbers))
     return places, (s[0] / scale * vt[0]).reshape(count, 3), (scale * u[:, 0]).reshape(-1, 3)
@@ -113,7 +131,7 @@ class _Model:
     def start(self, places, moments, sensitivities):
         n, k = self.count, len(self.rows.numbers)
         extra = np.zeros(n * n if self.is_rich else 0)
-        return np.concatenate((places.ravel(), moments.ravel(), extra, np.zeros(3 * k), sensitivities.ravel() if self.rows.turn is not None else np.ones(k)))
+        return np.concatenate((places.ravel(), moments.ravel(), extra, np.zeros(3 * k), sensitivities.ravel() if self.rows.turn is not None else sensitivities[:, 0]))
 
     def generator(self, x, **more):
         place, moment, octupole, mixed, *_ = self.parts(x)
@@ -181,6 +199,51 @@ class _Model:
         return least_squares(self.all, start, self.jacobian, x_scale="jac", loss="soft_l1", f_scale=1.5 * SCALE, max_nfev=60)
 
 
+    def refuse_few(self):
+        if self.unknowns() >= self.rows.couplings.size:
+            raise ValueError(f"{self.rows.couplings.size} couplings for {self.unknowns()} unknowns: add poses" + (", or choose --model dipole" if self.is_rich else ""))
+
+    def unknowns(self):
+        """Number of unknowns: without the common scale, and without offsets if the poses are those of the coil."""
+        n, k = self.count, len(self.rows.numbers)
+        return 6 * n + (n**2 if self.is_rich else 0) + (k if self.rows.turn is None else 6 * k) - 1
+
+    def refuse_undetermined(self, x):
+        """Raises ValueError if the poses do not determine positions and moments of the coils and sensitivities of the sensor coils. The weak
+        knowledge of offsets and crosstalk does not count."""
+        n, k = 6 * self.count, len(self.rows.numbers)
+        *_, sensitivity = self.parts(x)
+        end = x.size - (sensitivity.size if self.rows.turn is not None else k)
+        jacobian = np.delete(self.jacobian(x)[:self.rows.couplings.size + 1], np.arange(n, end), axis=1)
+        s = np.linalg.svd(jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300), compute_uv=False)
+        if not s[0] < MOST_CONDITION * s[-1]:
+            raise ValueError(f"the poses do not determine the coils (condition number {s[0] / max(s[-1], 1e-300):.1e}): add poses at other places, not on one line, "
+                             "and with other axes")
+
+    def refuse_mirrored(self, x):
+        """Raises ValueError if the poses are in a plane and a coil on its other side explains the couplings too."""
+        place, moment, octupole, mixed, offset, sensitivity = self.parts(x)
+        p, n = self.rows.geometry(offset, sensitivity)
+        middle = p.mean(axis=0)
+        _, s, axes = np.linalg.svd(p - middle, full_matrices=False)
+        if s[2] > FLAT * s[0]:
+            return
+        mirror = np.eye(3) - 2 * np.outer(axes[2], axes[2])
+        names = tuple(f"c{i}" for i in range(self.count))
+        of = lambda sign: Generator(names, (place - middle) @ mirror + middle, sign * moment @ mirror, octupole, mixed)
+        wanted = Generator(names, place, moment, octupole, mixed).of_coils(self.rows.couplings)
+        other = np.min([np.mean(((of(sign).field(p, n)[:, :, 0] - wanted) * self.rows.weight[:, None]) ** 2, axis=0) for sign in (1, -1)], axis=0)
+        is_far = abs((place - middle) @ axes[2]) > FLAT * s[0]
+        if (is_far & (other <= MIRRORED**2 * np.mean(self.residuals(x) ** 2, axis=0))).any():
+            raise ValueError("the poses are in one plane, and coils on both sides of it explain the couplings: add poses outside the plane, or with inclined axes")
+
+
+def _refuse_reversed(rows, gains):
+    for number, gain in zip(rows.numbers, gains):
+        if gain * gains[rows.first] <= 0:
+            raise ValueError(f"sensor coil {number} is reversed relative to sensor coil {rows.numbers[rows.first]}: exchange its wires, or the signs of its couplings")
+
+
 def fitted(frames: Frames, model: str) -> tuple[Generator, float]:
     """The generator with the mounts of the sensor coils, and the RMS residual relative to the couplings. model: dipole or full (sizes of the
     coils and crosstalk between them)."""
@@ -190,6 +253,7 @@ def fitted(frames: Frames, model: str) -> tuple[Generator, float]:
     for is_left_handed, turn in turns:
         rows = _Rows(frames, turn)
         simple = _Model(rows, count, False)
+        simple.refuse_few()
         found = simple.fit(simple.start(*_initial(rows, count)))
         if best is None or found.cost < best[2].cost:
             best = is_left_handed, rows, found, simple
@@ -197,13 +261,19 @@ def fitted(frames: Frames, model: str) -> tuple[Generator, float]:
     if model == "full":
         place, moment, _, _, offset, sensitivity = used.parts(found.x)
         used = _Model(rows, count, True)
+        used.refuse_few()
         start = used.start(place, moment, sensitivity)
         k = len(rows.numbers)
         tail = 3 * k if rows.turn is not None else k
         start[-tail - 3 * k:] = found.x[-tail - 3 * k:]
         found = used.fit(start)
-    residuals = used.residuals(found.x)
+    used.refuse_undetermined(found.x)
+    used.refuse_mirrored(found.x)
     *_, offset, sensitivity = used.parts(found.x)
+    if rows.turn is None:
+        _refuse_reversed(rows, sensitivity[:, 0])
+    free = 1 - used.unknowns() / rows.couplings.size  # degrees of freedom, relative
+    residuals = used.residuals(found.x) / np.sqrt(free)
     misfit = np.sqrt(np.mean(residuals**2, axis=0))
     sensors = {}
     for number, at, n in zip(rows.numbers, offset, sensitivity):

@@ -9,12 +9,15 @@ from scipy.spatial.transform import RotationSpline
 from ._dynamic import number
 from ._generator import MOST_COILS, Generator, planar_generator, read_generator, to_toml
 from ._output_file import refuse_input_as_output, write_all
-from ._poses import read
+from ._poses import read, refuse_others
 from ._rotation import rotations
 from ._truth_command import numbers
 
 PLANAR_M = 0.3  # edge of the planar generator
 VOLUME_M = ((-0.15, -0.15, 0.1), (0.15, 0.15, 0.4))  # of random poses, above it
+LIMITS = {"coils": (1, MOST_COILS), "count": (1, 1e7), "rate_hz": (1e-3, 1e6), "gain": (1e-9, 1e9), "slot_s": (0, 1), "snr_db": (-100, 400), "seed": (0, 2**32)}
+DEFAULTS = {"coils": 8, "count": 1000, "place": "0,0,0.25", "slot_s": 0.0, "rate_hz": 40}
+ALONG = {"place", "slot_s", "rate_hz"}  # options of a path
 AXIS = np.array([1.0, 0.0, 0.0])  # of the coil in the body of a path
 
 
@@ -32,6 +35,8 @@ def _along(path, place, times_s):
     position = CubicSpline(poses.time_s, poses.position_m - middle + place)
     turn = RotationSpline(poses.time_s, rotations(poses.quaternion_wxyz))
     times = times_s(poses.time_s[0], poses.time_s[-1])
+    if not len(times):
+        raise ValueError(f"{path}: lasts {poses.time_s[-1] - poses.time_s[0]:g} s, less than the slots of a frame; choose a longer path or a smaller --slot-s")
     return times, position(times), turn(times.ravel()).apply(AXIS).reshape(*times.shape, 3)
 
 
@@ -48,22 +53,31 @@ def _table(generator, time_s, position_m, axis, couplings, sigma):
     return ",".join(names) + "\n" + "".join(",".join(f"{v:.12g}" for v in row) + "\n" for row in np.hstack(parts))
 
 
-def run(out=None, generator=None, save=None, coils=8, count=1000, path=None, place="0,0,0.25", slot_s=0.0, rate_hz=40, gain=1.0, snr_db=60.0, seed=1):
+def _chosen(options, generator, path):
+    """Options with their defaults. Raises ValueError for one that has no effect."""
+    given = {name: value for name, value in options.items() if value is not None}
+    refuse_others(given, given.keys() - ({"count"} if path is not None else ALONG), "only without --path" if path is not None else "only with --path")
+    refuse_others(given, given.keys() - ({"coils"} if generator is not None else set()), "the generator has its own coils; leave it out")
+    return DEFAULTS | given
+
+
+def run(out=None, generator=None, save=None, path=None, gain=1.0, snr_db=60.0, seed=1, coils=None, count=None, place=None, slot_s=None, rate_hz=None):
     """Result as `--json` prints it, and the couplings (M, N). Raises ValueError, OSError."""
     if out is None:
         raise ValueError("--out FILE is needed, for the couplings")
     if save is not None and os.path.abspath(save) == os.path.abspath(out):
         raise ValueError(f"--save {save}: is also --out; choose another file")
-    values = {name: number(f"--{name.replace('_', '-')}", value) for name, value in
-              {"coils": coils, "count": count, "slot_s": slot_s, "rate_hz": rate_hz, "gain": gain, "snr_db": snr_db, "seed": seed}.items()}
+    chosen = _chosen({"coils": coils, "count": count, "place": place, "slot_s": slot_s, "rate_hz": rate_hz}, generator, path)
+    chosen |= {"gain": gain, "snr_db": snr_db, "seed": seed}
+    values = {name: number(f"--{name.replace('_', '-')}", chosen[name]) for name in LIMITS}
     refuse_input_as_output({"--out": out, "--save": save}, [generator, path])
-    for name, least, most in (("coils", 1, MOST_COILS), ("count", 1, 1e7), ("rate_hz", 1e-3, 1e6), ("gain", 1e-9, 1e9), ("slot_s", 0, 1), ("seed", 0, 2**32)):
+    for name, (least, most) in LIMITS.items():
         if not least <= values[name] <= most:
             raise ValueError(f"--{name.replace('_', '-')}: must be from {least:g} to {most:g}; is {values[name]:g}")
     source = planar_generator(int(values["coils"]), PLANAR_M) if generator is None else read_generator(generator)
     rng, slot = np.random.default_rng(int(values["seed"])), values["slot_s"]
     slots = slot * (np.arange(len(source)) - (len(source) - 1) / 2)
-    if slot * len(source) > 1 / values["rate_hz"] * (1 + 1e-9):
+    if path is not None and slot * len(source) > 1 / values["rate_hz"] * (1 + 1e-9):
         raise ValueError(f"--slot-s: {len(source)} slots of {slot:g} s are longer than a frame at {values['rate_hz']:g} frames/s")
     if path is None:
         time_s = None
@@ -73,7 +87,7 @@ def run(out=None, generator=None, save=None, coils=8, count=1000, path=None, pla
         def times(first, last):
             return np.arange(first + abs(slots[0]), last - abs(slots[0]), 1 / values["rate_hz"])[:, None] + np.append(slots, 0.0)
 
-        every, at, n = _along(path, np.array(numbers("place", place, 3)), times)
+        every, at, n = _along(path, np.array(numbers("place", chosen["place"], 3)), times)
         time_s, position, axis = every[:, -1], at[:, -1], n[:, -1]
         true = couplings_at_slots(source, at[:, :-1], n[:, :-1], values["gain"])
     sigma = np.sqrt(np.mean(true**2, axis=1)) * 10 ** (-values["snr_db"] / 20)

@@ -14,6 +14,7 @@ from ._single_coil import ENDS, solve_5dof
 from ._truth_command import numbers
 
 WRONG_M = 0.02  # a pose farther from the truth is wrong, and not counted in the RMS
+LONGEST_SLOT_S = 1
 ROLL = "the rotation about the axis of the coil is undefined"
 COLUMNS = ("x_m", "y_m", "z_m", "nx", "ny", "nz", "roll_rad", "gain", "std_x_m", "std_y_m", "std_z_m", "std_axis_rad", "chi_square")
 
@@ -47,18 +48,20 @@ def _compared(rows, truth, is_good):
             "position_max_m": float(error[right].max()), "axis_rms_deg": float(np.degrees(np.sqrt(np.mean(turn[right] ** 2)))), "nees": float(nees.mean())}
 
 
-def _motion(frames, generator, rows, is_good, slot_s, known_gain, sigma):
-    """Predicted motion error (M, 3), m, from the poses' own velocities; coil n is measured n slots after the first one, and a pose is at the middle
-    of its slots."""
+def _motion(frames, generator, rows, is_good, slot_s, known_gain, sigma, used):
+    """Predicted motion errors of position (M, 3), m, and axis (M, 3), from the velocities of the good poses; NaN for other rows. Coil n is
+    measured n slots after the first one, and a pose is at the middle of its slots. known_gain: that of the table's sensor coil."""
     if frames.time_s is None or len(frames) < 3:
         raise ValueError("--slot-s: needs a column time_s and three rows")
     if len(set(frames.sensor.tolist())) > 1 or not np.all(np.diff(frames.time_s) > 0):
         raise ValueError("--slot-s: needs rows of one sensor coil with increasing time_s")
     times = slot_s * (np.arange(len(generator)) - (len(generator) - 1) / 2)
-    velocity, rate = (np.gradient(rows[name], frames.time_s, axis=0) for name in ("position_m", "axis"))
-    error, turned = generator_motion_error(generator, rows["position_m"], rows["axis"], velocity, rate, times, known_gain=known_gain, sigma=sigma,
-                                           gain=float(np.median(rows["gain"][is_good])))
-    return error, turned
+    good, error = rows[is_good], np.full((2, len(rows), 3), np.nan)
+    velocity, rate = (np.gradient(good[name], frames.time_s[is_good], axis=0) for name in ("position_m", "axis"))
+    noise = np.where(used, np.broadcast_to(np.reshape(sigma, (-1, 1)), (len(rows), len(generator))), np.inf)[is_good]  # no weight for coils that are left out
+    error[:, is_good] = generator_motion_error(generator, good["position_m"], good["axis"], velocity, rate, times, known_gain=known_gain, sigma=noise,
+                                               gain=float(np.median(good["gain"])))
+    return error
 
 
 def _solved(frames, generator, couplings, sigma, gain, options):
@@ -125,7 +128,7 @@ def json_lines(frames, rows, error) -> str:
         one = {} if frames.time_s is None else {"time_s": float(frames.time_s[m])}
         one |= {"sensor": int(frames.sensor[m]), "position_m": values[:3], "axis": values[3:6], "roll_rad": None, "gain": values[6], "position_std_m": values[7:10],
                 "axis_std_rad": values[10], "chi_square": values[11]}
-        lines.append(json.dumps(one | ({} if error is None else {"motion_error_m": values[12:15]}) | {"status": ENDS[rows["end"][m]]}))
+        lines.append(json.dumps(one | ({} if error is None else {"motion_error_m": values[12:15] if np.all(np.isfinite(values[12:15])) else None}) | {"status": ENDS[rows["end"][m]]}))
     return "\n".join(lines) + "\n"
 
 
@@ -135,6 +138,8 @@ def run(files, generator=None, out=None, gain=None, sigma=None, side=None, follo
         raise ValueError("--generator FILE is needed: the file of tricoil generator calibrate or simulate")
     refuse_input_as_output({"--out": out}, [*files, generator])
     coils, known, towards, slot = read_generator(generator), _gain(gain), numbers("side", side, 3), number("--slot-s", slot_s)
+    if slot is not None and not 0 <= slot <= LONGEST_SLOT_S:
+        raise ValueError(f"--slot-s: must be from 0 to {LONGEST_SLOT_S}; is {slot_s}")
     frames, where = tables.read(files), os.fspath(files[0]) if files else ""
     couplings, used = tables.in_order(frames, coils.names, where), _used(without, coils, generator)
     tables.refuse_silent(couplings[:, used], np.array(coils.names)[used], frames.sigma, where, "; leave it out with --without")
@@ -149,8 +154,8 @@ def run(files, generator=None, out=None, gain=None, sigma=None, side=None, follo
               "position_std_m": float(np.sqrt(np.mean(np.trace(rows["covariance"][is_good][:, :3, :3], axis1=1, axis2=2)))) if is_good.any() else None,
               "truth": None if truth is None else _compared(rows, truth, is_good), "motion": None, "notes": []}
     error = None
-    if slot and is_good.any():
-        error, turned = _motion(frames, coils, rows, is_good, slot, known != 0 and (known is not None or bool(coils.sensors)), noise)
+    if slot and is_good.sum() >= 3:
+        error, turned = _motion(frames, coils, rows, is_good, slot, int(frames.sensor[0]) in coils.sensors if known is None else known != 0, noise, used)
         result["motion"] = {"position_rms_m": float(np.sqrt(np.mean(np.sum(error[is_good] ** 2, axis=1)))),
                             "axis_rms_deg": float(np.degrees(np.sqrt(np.mean(np.sum(turned[is_good] ** 2, axis=1)))))}
     if counts["misfit"] > len(rows) / 2:

@@ -13,12 +13,18 @@ ENDS = ("converged", "not_converged", "misfit", "undetermined", "ambiguous")
 ROW = np.dtype([("position_m", "f8", 3), ("axis", "f8", 3), ("gain", "f8"), ("gain_deviation", "f8"), ("covariance", "f8", (6, 6)), ("chi_square", "f8"),
                 ("end", "u1")])
 GAIN_DEVIATION = 2e-3  # of a known gain, relative
+LARGEST = 1e100  # sigma whose square is a number
 MISFIT_GATE = 4.0  # misfit beyond noise that is allowed, in units of the calibration's misfit
 
 
 def deviations(generator: Generator, couplings: NDArray, sigma: ArrayLike) -> NDArray:
     """Standard deviation of each coupling, (M, N): noise, and what the calibration does not explain."""
-    noise = np.broadcast_to(np.asarray(sigma, float).reshape((-1, 1)) if np.ndim(sigma) == 1 else np.asarray(sigma, float), couplings.shape)
+    noise = np.asarray(sigma, float)
+    if noise.shape not in ((), (len(couplings),), couplings.shape):
+        raise ValueError(f"sigma: has shape {noise.shape}; give a number, ({len(couplings)},) or {couplings.shape}")
+    if not np.all(noise >= 0) or np.any(np.isfinite(noise) & (noise > LARGEST)):
+        raise ValueError(f"sigma: must be from 0 to {LARGEST:g}")
+    noise = np.broadcast_to(noise[:, None] if noise.ndim == 1 else noise, couplings.shape)
     return np.sqrt(noise**2 + (np.linalg.norm(couplings, axis=1, keepdims=True) * generator.misfit) ** 2)
 
 
@@ -71,7 +77,10 @@ def solve_5dof(
     towards = np.zeros(3) if side is None else _finite("side", _numbers("side", side))
     if towards.shape != (3,) or (side is not None and not towards.any()):
         raise ValueError("side: must be three numbers, not all zero")
-    weights = np.where(np.ones(len(generator), bool) if used is None else np.asarray(used, bool), 1 / spread, 0.0)
+    chosen = np.ones(len(generator), bool) if used is None else np.asarray(used)
+    if chosen.shape != (len(generator),) or chosen.dtype != bool:
+        raise ValueError(f"used: has shape {chosen.shape} and type {chosen.dtype}; give True or False for each of the {len(generator)} coils")
+    weights = np.where(chosen, 1 / spread, 0.0)
     share = MISFIT_GATE * float(np.sqrt(np.mean(generator.misfit**2)))
     with bar("solve", progress) as show:
         found = _tricoil.solve_single_coil(generator.coils(), np.ascontiguousarray(generator.of_coils(values)), np.ascontiguousarray(weights),
