@@ -249,14 +249,15 @@ TEST_F(Command, TheOlderLowBandIsKept) {
 
 /// The pick-up is removed before the wiring is known.
 TEST_F(Command, OtherWiringIsRefused) {
-    const auto data = [](const char* name, double sign) {
+    const auto data = [](const char* name, double sign, bool transposed = false) {
         std::string text = std::string(kPoseCsvHeader) + "\n";
         for (const MeasuredPose& pose : rests(72, 0.25, 0.85, drawn(2), 2).poses) {
             const Quat<double> q(pose.stage_rotation);
             Mat3<double> x = pose.x;
             x.row(1) *= sign;
             text += fmt::format("{},{},{},{},{},{},{},{}\n", pose.stage_position_m(0), pose.stage_position_m(1),
-                                pose.stage_position_m(2), q.w(), q.x(), q.y(), q.z(), matrix_text(x));
+                                pose.stage_position_m(2), q.w(), q.x(), q.y(), q.z(),
+                                matrix_text(transposed ? Mat3<double>(x.transpose()) : x));
         }
         return test::write_file(name, text);
     };
@@ -266,9 +267,10 @@ TEST_F(Command, OtherWiringIsRefused) {
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
     ASSERT_FALSE(read_calibration(kOut).calibration.pick_up.is_none());
     refused(test::tricoil("evaluate --calibration " + kOut + " " + reversed), "pick-up needs the wiring of the calibration");
-    refused(
-        test::tricoil("calibrate stage --converters-from " + kOut + " --out " + test::path_in_temp("new.toml") + " " + reversed),
-        "need the wiring with which they were measured");
+    const std::string transposed = data("soYoutZup_seYoutZup_transposed.csv", 1, true);
+    refused(test::tricoil("calibrate stage --converters-from " + kOut + " --out " + test::path_in_temp("new.toml") + " " +
+                          transposed),
+            "need the wiring with which they were measured");
 }
 
 }  // namespace
