@@ -94,7 +94,11 @@ void add_tracker(py::module_& module) {
     py::class_<ColumnTracker>(module, "Tracker")
         .def(py::init([](const std::string& method, double coupling_constant, const std::array<double, 3>& hemisphere,
                          bool confined, double column_span_s, double window_s, const std::string& calibration_file) {
-            const auto calibration = calibration_of(calibration_file);
+            auto calibration = calibration_of(calibration_file);
+            if (calibration) {  // the columns have no quadratures
+                calibration->quadrature_floor = 1;
+                calibration->pick_up.quadrature.setZero();
+            }
             return std::make_unique<ColumnTracker>(
                 make_params(method, coupling_constant, hemisphere, confined, column_span_s, window_s, calibration), calibration);
         }))

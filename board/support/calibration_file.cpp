@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "board/support/checked_table.hpp"
@@ -94,11 +95,20 @@ std::string pick_up_text(const char* prefix, const calibration::PickUp<double>& 
                                            toml_text(pick_up.in_phase), toml_text(pick_up.quadrature), pick_up.sigma);
 }
 
+/// Throws InputError if only some of the keys are present.
+void need_all(CheckedTable& table, const std::vector<std::string>& keys) {
+    if (std::ranges::any_of(keys, [&](const std::string& key) { return table.has(key); })) {
+        std::ranges::for_each(keys, [&](const std::string& key) { table.need(key); });
+    }
+}
+
 calibration::PickUp<double> read_pick_up(const std::string& prefix, CheckedTable& couplings) {
     calibration::PickUp<double> pick_up;
+    need_all(couplings, {prefix + "pick_up", prefix + "pick_up_quadrature", prefix + "pick_up_sigma"});
     pick_up.in_phase = couplings.matrix(prefix + "pick_up", pick_up.in_phase);
     pick_up.quadrature = couplings.matrix(prefix + "pick_up_quadrature", pick_up.quadrature);
     pick_up.sigma = couplings.number(prefix + "pick_up_sigma", 0);
+    couplings.require(pick_up.sigma >= 0, prefix + "pick_up_sigma", "is negative; it is a standard deviation");
     return pick_up;
 }
 
@@ -260,6 +270,8 @@ CalibrationFile read_calibration(const std::string& path) {
     stage.finish();
     auto lag = top.child("surroundings_quadrature");
     lag.require(lag.number("version", 1) == 1, "version", "is not 1; calibrate the surroundings again with this software");
+    need_all(lag, {"version", "deviation", "dipole"});
+    lag.require(!lag.has("dipole") || top.has("surroundings"), "dipole", "needs [[surroundings]]");
     SurroundingsQuadrature quadrature{read_dipoles(lag, "dipole"), lag.number("deviation", 0)};
     lag.finish();
     set_surroundings(file, read_dipoles(top, "surroundings"), std::move(quadrature));

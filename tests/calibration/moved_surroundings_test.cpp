@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <random>
 
 #include "board/support/statistics.hpp"
 #include "board/support/text_table.hpp"
@@ -164,6 +165,37 @@ TEST_F(MovedTable, IsFoundByEvaluate) {
         const auto found = tricoil("evaluate --json --calibration " + path("tdm.toml") + " " + data("moved")).json();
         EXPECT_EQ(found.at("surroundings").at("moved"), lowered) << found.at("surroundings");
         EXPECT_GT(found.at("stated").at("nees_per_degree"), 0);
+    }
+}
+
+/// Quadratures that were not measured, or are only noise, show nothing.
+TEST_F(MovedTable, QuadraturesWithoutMetalAreNotUsed) {
+    std::mt19937 random(1);
+    std::normal_distribution<double> noise(0, 1e-3);
+    for (const bool noisy : {false, true}) {
+        std::ifstream in(data("tdm"));
+        std::ofstream out(data("none"));
+        std::string line;
+        std::getline(in, line);
+        out << line << '\n';
+        while (std::getline(in, line)) {
+            const auto fields = host::split(line, ',');
+            for (std::size_t k = 0; k + 9 < fields.size(); ++k) {
+                out << fields[k] << ',';
+            }
+            for (int k = 0; k < 9; ++k) {
+                out << (noisy ? noise(random) : 0) << (k < 8 ? "," : "\n");
+            }
+        }
+        out.close();
+        const auto calibrated = run("calibrate surroundings --calibration " + path("coils.toml") + " --out " + path("none.toml") +
+                                    " " + data("none"));
+        EXPECT_NE((calibrated.err + calibrated.out).find("no quadratures"), std::string::npos);
+        EXPECT_EQ(read_file(path("none.toml")).find("surroundings_quadrature"), std::string::npos);
+        if (!noisy) {
+            const auto judged = tricoil("evaluate --json --calibration " + path("tdm.toml") + " " + data("none"));
+            EXPECT_FALSE(judged.json().contains("surroundings")) << judged.out;
+        }
     }
 }
 

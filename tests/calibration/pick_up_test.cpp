@@ -191,6 +191,7 @@ TEST_F(Command, IsTakenFromAnotherCalibration) {
     const std::string data = test::write_file("rests.csv", text);
     CalibrationFile known = read_calibration(coils());
     known.calibration.pick_up = {drawn(2), Mat3<double>::Zero(), 1e-7};
+    known.calibration.low_band.pick_up = {drawn(5), Mat3<double>::Zero(), 1e-7};
     const std::string from = test::write_file("known.toml", to_toml(known));
     const auto misfit = [&](const std::string& more) {
         const auto ran = test::tricoil("calibrate free-motion --json --out " + kOut + " " + data + more);
@@ -200,6 +201,7 @@ TEST_F(Command, IsTakenFromAnotherCalibration) {
     const double without = misfit("");
     EXPECT_GT(without, 10 * misfit(" --converters-from " + from));
     EXPECT_EQ(read_calibration(kOut).calibration.pick_up.in_phase, drawn(2));
+    EXPECT_EQ(read_calibration(kOut).calibration.low_band.pick_up.in_phase, drawn(5));
     refused(test::tricoil("calibrate free-motion --out " + kOut + " " + data + " --converters-from " + coils()),
             "does not contain errors of converters or pick-up");
 }
@@ -212,10 +214,63 @@ TEST_F(Command, BadInputIsRefused) {
     refused(calibrate("/nowhere"), "/nowhere");
     refused(calibrate(test::path_in_temp("take"), " --distance-m -1"), "--distance-m");
     EXPECT_FALSE(std::filesystem::exists(kOut));
-    std::string text = test::read_file(coils());
-    text.insert(text.find("phase_rad"), "pick_up = [[5, 0, 0], [0, 0, 0], [0, 0, 0]]\n");
-    const std::string large = test::write_file("large.toml", text);
-    refused(test::tricoil("run --calibration " + large), "the pick-up must be smaller than the couplings at 0.2 m");
+    const auto with = [](const std::string& lines) {
+        std::string text = test::read_file(coils());
+        text.insert(text.find("phase_rad"), lines);
+        return test::tricoil("run --calibration " + test::write_file("bad.toml", text));
+    };
+    const std::string zeros = "[[0, 0, 0], [0, 0, 0], [0, 0, 0]]\n";
+    refused(with("pick_up = [[5, 0, 0], [0, 0, 0], [0, 0, 0]]\npick_up_quadrature = " + zeros + "pick_up_sigma = 0\n"),
+            "the pick-up must be smaller than the couplings at 0.2 m");
+    refused(with("pick_up = " + zeros), "'couplings.pick_up_quadrature' is missing");
+    refused(with("pick_up_quadrature = " + zeros), "'couplings.pick_up' is missing");
+    refused(with("pick_up = " + zeros + "pick_up_quadrature = " + zeros + "pick_up_sigma = -1\n"), "is negative");
+    refused(with("[surroundings_quadrature]\nversion = 1\n[couplings]\n"), "'surroundings_quadrature.deviation' is missing");
+}
+
+TEST_F(Command, ChangingCouplingsAreRefused) {
+    const std::string take = test::path_in_temp("take");
+    for (const std::string scenario : {"hand --duration 6", "dummy --duration 6 --fault unplugged@2-4"}) {
+        std::filesystem::remove_all(take);
+        ASSERT_EQ(test::tricoil("run --scenario " + scenario + " --record " + take).exit_code, 0);
+        refused(calibrate(take), "the couplings change by");
+    }
+}
+
+TEST_F(Command, TheOlderLowBandIsKept) {
+    CalibrationFile known = read_calibration(coils());
+    known.calibration.low_band.pick_up = {drawn(5), Mat3<double>::Zero(), 1e-7};
+    const std::string from = test::write_file("known.toml", to_toml(known));
+    const auto ran = test::tricoil("calibrate pick-up --calibration " + from + " --out - " + record(60, drawn(3)));
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_THAT(ran.out + ran.err, HasSubstr("has no low band; the older low-band pick-up is kept"));
+    EXPECT_THAT(ran.out + ran.err, HasSubstr("--converters-from this one"));
+}
+
+/// The pick-up is removed before the wiring is known.
+TEST_F(Command, OtherWiringIsRefused) {
+    const auto data = [](const char* name, double sign, bool transposed = false) {
+        std::string text = std::string(kPoseCsvHeader) + "\n";
+        for (const MeasuredPose& pose : rests(72, 0.25, 0.85, drawn(2), 2).poses) {
+            const Quat<double> q(pose.stage_rotation);
+            Mat3<double> x = pose.x;
+            x.row(1) *= sign;
+            text += fmt::format("{},{},{},{},{},{},{},{}\n", pose.stage_position_m(0), pose.stage_position_m(1),
+                                pose.stage_position_m(2), q.w(), q.x(), q.y(), q.z(),
+                                matrix_text(transposed ? Mat3<double>(x.transpose()) : x));
+        }
+        return test::write_file(name, text);
+    };
+    const std::string straight = data("soYoutZup_seYoutZup_straight.csv", 1);
+    const std::string reversed = data("soYoutZup_seYoutZup_reversed.csv", -1);
+    const auto ran = test::tricoil("calibrate stage --model concentric --out " + kOut + " " + straight);
+    ASSERT_EQ(ran.exit_code, 0) << ran.err;
+    ASSERT_FALSE(read_calibration(kOut).calibration.pick_up.is_none());
+    refused(test::tricoil("evaluate --calibration " + kOut + " " + reversed), "pick-up needs the wiring of the calibration");
+    const std::string transposed = data("soYoutZup_seYoutZup_transposed.csv", 1, true);
+    refused(test::tricoil("calibrate stage --converters-from " + kOut + " --out " + test::path_in_temp("new.toml") + " " +
+                          transposed),
+            "need the wiring with which they were measured");
 }
 
 }  // namespace

@@ -63,12 +63,12 @@ using CoilCorrection = calibration::CoilCorrection<double>;
 /// Corrects all columns.
 void correct_columns(const CoilCorrection& correction, Mat3<double>& in_phase, Mat3<double>& quadrature);
 
-/// Removes the pick-up and the phases of these coils. Rows without quadrature have no phases.
+/// Removes the pick-up and the phases of these coils. Rows without quadrature, or with zeros, have no phases.
 template <typename Rows>
 void remove_phases_of(Rows& rows, const calibration::Calibration<double>& coils) {
     const CoilCorrection correction = CoilCorrection::phases(coils);
     for_each_row(rows, [&](auto& row) {
-        if (row.quadrature) {
+        if (row.quadrature && !row.quadrature->isZero(0)) {
             correct_columns(correction, row.x, *row.quadrature);
         } else {
             row.x -= coils.pick_up.in_phase;

@@ -92,7 +92,7 @@ Mat3<double> stated_covariance(const calibration::Calibration<double>& c, const 
     params.pick_up_sigma = c.pick_up.sigma;
     const double floor = tracking::floor_variance(params, strength);
     const double misfit = found.misfit_share * x.norm() * found.misfit_share * x.norm();
-    const bool significant = misfit > params.distortion_gate * floor;
+    const bool significant = floor > 0 && misfit > params.distortion_gate * floor;
     const double hidden = significant ? tracking::kHiddenShare * tracking::kHiddenShare * misfit / 3 : 0;
     const double range_m = found.pose.position_m.norm();
     return solver::pose_covariance<double>(strength, range_m, found.pose.position_m / range_m, std::sqrt(floor + hidden))
@@ -144,6 +144,8 @@ void correct_wiring(const CalibrationFile& calibration, std::vector<PoseFile>& f
         found.count_fewest();
         found.correct(files[f]);
         if (found.differs()) {
+            refuse_if(!calibration.calibration.pick_up.is_none(),
+                      "{}: {}; pick-up needs the wiring of the calibration: correct the file", files[f].path, found.text());
             print_notice("tricoil: {}: unlike the calibration: {}; corrected\n", files[f].path, found.text());
         }
     }
@@ -175,7 +177,7 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
             error.deviation_m = std::sqrt(stated.trace());
             error.sigmas = std::sqrt(error.error_m.dot(stated.inverse() * error.error_m));
         }
-        if (const auto& metal = c.surroundings_lag.dipoles; pose.quadrature && !metal.empty()) {
+        if (const auto& metal = c.surroundings_lag.dipoles; pose.quadrature && !pose.quadrature->isZero(0) && !metal.empty()) {
             const Mat3<double> lag = field::induced_couplings<double>(c.model, metal, truth.position_m,
                                                                       truth.q_source_sensor.toRotationMatrix().transpose());
             error.surroundings_change = lag.cwiseProduct(*pose.quadrature).sum() / lag.squaredNorm() - 1;

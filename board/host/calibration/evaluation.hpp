@@ -46,7 +46,8 @@ void for_each_pose(const CalibrationFile& calibration, std::vector<PoseFile> fil
                    const std::function<void(std::size_t, const MeasuredPose&, const solver::RigidPose<double>&)>& use);
 
 /// Corrects files whose couplings are transposed, or whose coils are reversed, relative to the calibration: a correlation with
-/// the couplings at the true poses of more than 0.9 shows it. Prints a notice for each.
+/// the couplings at the true poses of more than 0.9 shows it. Prints a notice for each. Throws InputError if the calibration has
+/// pick-up.
 void correct_wiring(const CalibrationFile& calibration, std::vector<PoseFile>& files);
 
 /// Fits the fixtures of these files, which it corrects like correct_wiring(), with fixed magnetic parameters.

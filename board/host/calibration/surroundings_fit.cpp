@@ -173,7 +173,7 @@ public:
         : coils_(coils), data_(data), frame_(data.frame), mount_(data.mount), turns_(data.poses.size()) {}
 
     /// Dipoles of the quadratures, from these places. The data are the couplings of the coils plus the quadratures, at known
-    /// poses.
+    /// poses. None if the fit does not converge.
     std::vector<VirtualDipole> fit_quadratures(const std::vector<VirtualDipole>& places) {
         relative_ = true;
         for (const VirtualDipole& dipole : places) {
@@ -268,7 +268,8 @@ private:
         }
         const auto solver = data_.attitudes_known ? ceres::DENSE_NORMAL_CHOLESKY : ceres::DENSE_SCHUR;
         if (const auto summary = summary_of(problem, silent_options(solver)); !summary.IsSolutionUsable()) {
-            throw InputError("the fit of the surroundings does not converge: " + summary.message);
+            refuse_if(!relative_, "the fit of the surroundings does not converge: {}", summary.message);
+            dipoles_.clear();
         }
     }
 
@@ -388,9 +389,9 @@ void add_quadratures(const field::GeneralDipole<double>& coils, const Surroundin
             field::induced_couplings<double>(coils, induced_by(coils, dipoles), pose.place_m, pose.rotation.transpose());
         off.push_back(std::abs(model.cwiseProduct(pose.quadrature).sum() / model.squaredNorm() - 1));
     }
-    fit.quadrature_deviation = kDeviationPerMedian * median(off);
-    if (fit.quadrature_deviation < kLargestDeviation) {
+    if (const double deviation = kDeviationPerMedian * median(off); deviation < kLargestDeviation) {
         fit.quadrature = dipoles;
+        fit.quadrature_deviation = deviation;
     }
 }
 

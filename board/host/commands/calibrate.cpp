@@ -172,8 +172,7 @@ void add_coils(CLI::App* kind, CalibrationFiles& files) {
 void add_converters_from(CLI::App* kind, CalibrationFiles& files) {
     kind->add_option("--converters-from", files.converters_from,
                      "Calibration with errors of the board's converters, or pick-up, which the new one keeps. Couplings with "
-                     "levels (a11 to a33) are "
-                     "corrected, others are taken as corrected by the board")
+                     "levels (a11 to a33) are corrected, others are taken as corrected by the board")
         ->type_name(kFileType);
 }
 
@@ -222,6 +221,7 @@ calibration::Calibration<double> stored_board(const CalibrationFiles& files) {
     const calibration::Calibration<double> known = read_calibration(files.converters_from).calibration;
     stored.converters = known.converters;
     stored.pick_up = known.pick_up;
+    stored.low_band.pick_up = known.low_band.pick_up;
     refuse_if(stored.converters == signal::ConverterErrors{} && stored.pick_up.is_none(),
               "{}: does not contain errors of converters or pick-up; give the file that tricoil calibrate converters or pick-up "
               "made",

@@ -117,6 +117,7 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Calibrat
     std::vector<std::string>& warnings = report.warnings;
     const calibration::Calibration<double> stored = stored_board(command.files);
     CalibrationFile file;
+    file.calibration = stored;
     LevelCount levels;
     const ChannelWiring wiring = read_wiring(command.files.wiring);
     auto couplings = read_all(command.files.data, [&](const std::string& path) {
@@ -160,8 +161,6 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Calibrat
     }
     file.model = command.coupling_constant ? to_string(model) : kFreeMotionModel;
     file.residual_rms = found.misfit_after;
-    file.calibration.converters = stored.converters;
-    file.calibration.pick_up = stored.pick_up;
     file.calibration.model.source_moment = coupling_constant * found.source;
     file.calibration.model.sensor_sensitivity = found.sensor;
     file.calibration.hemisphere = command.hemisphere.value_or(Vec3<double>::Zero()).stableNormalized();

@@ -60,11 +60,10 @@ CalibrationFile calibrate_grid(const GridCommand& command, CalibrationReport& re
     }
     report.warnings.insert(report.warnings.end(), found.coils.warnings.begin(), found.coils.warnings.end());
     CalibrationFile file;
+    file.calibration = stored;
     file.model = "grid";
     file.residual_rms = found.misfit_after;
     file.calibration.model = found.coils.model;
-    file.calibration.converters = stored.converters;
-    file.calibration.pick_up = stored.pick_up;
     file.calibration.misfit_floor = found.misfit_floor;
     file.calibration.phase_rad = phase_rad;
     file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, frames));

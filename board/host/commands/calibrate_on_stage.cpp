@@ -114,14 +114,15 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     const Mat3<double> phase_rad = remove_own_phases(files);  // of the channels: not before the order of the couplings is known
     for (const auto& [path, wiring] : fit.wiring) {
         if (wiring.differs()) {
-            refuse_if(
-                wiring.transposed && (command.converters || stored.converters != signal::ConverterErrors{}),
-                "{}: couplings transposed; errors of converters need them in the order of the sensor coils: correct the file",
-                path);
+            refuse_if(!stored.pick_up.is_none() ||
+                          (wiring.transposed && (command.converters || stored.converters != signal::ConverterErrors{})),
+                      "{}: {}; errors of converters and pick-up need the wiring with which they were measured: correct the file",
+                      path, wiring.text());
             report.warnings.push_back(fmt::format("{}: {}; corrected", path, wiring.text()));
         }
     }
     CalibrationFile file;
+    file.calibration = stored;
     file.calibration.converters = command.converters ? converters.errors : stored.converters;
     file.calibration.pick_up = stored.pick_up.is_none() ? measured_pick_up(fit, phase_rad) : stored.pick_up;
     for_each_row(files, [&](MeasuredPose& pose) { pose.x -= fit.pick_up; });

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -35,8 +36,8 @@ public:
     }
     [[nodiscard]] std::size_t blocks() const { return blocks_.size(); }
 
-    /// other_sigma: of each number, from another cause.
-    [[nodiscard]] calibration::PickUp<double> mean(double other_sigma) const {
+    /// other_sigma: of each number, from another cause; strength: k at 0.75 m. Throws InputError if the couplings change.
+    [[nodiscard]] calibration::PickUp<double> mean(double other_sigma, double strength) const {
         calibration::PickUp<double> mean;
         const auto n = static_cast<double>(blocks_.size());
         for (const auto& block : blocks_) {
@@ -47,7 +48,11 @@ public:
         for (const auto& block : blocks_) {
             squares += (block.in_phase - mean.in_phase).squaredNorm() + (block.quadrature - mean.quadrature).squaredNorm();
         }
-        mean.sigma = std::hypot(std::sqrt(squares / (18 * n * (n - 1))), other_sigma);
+        const double sigma = std::sqrt(squares / (18 * n * (n - 1)));
+        refuse_if(sigma > std::max(0.1 * mean.in_phase.norm() / 3, 1e-3 * strength),
+                  "the couplings change by {:.2g} % of k at 0.75 m; leave the dummy connected and at rest, and record again",
+                  100 * sigma / strength);
+        mean.sigma = std::hypot(sigma, other_sigma);
         return mean;
     }
 
@@ -57,21 +62,24 @@ private:
     std::vector<calibration::PickUp<double>> blocks_;
 };
 
-/// Of the high and the low band.
+/// Of the high and the low band, without columns that do not measure the couplings. The low band may be empty.
 std::array<BlockMeans, 2> read_bands(const std::vector<std::string>& recordings) {
     constexpr std::size_t kFewest = 4;
+    constexpr ColumnFlags kFaults{ColumnFlag::saturated,    ColumnFlag::clipped,   ColumnFlag::stuck,
+                                  ColumnFlag::no_reference, ColumnFlag::dc_offset, ColumnFlag::overrun};
     std::array<BlockMeans, 2> bands;
     for (const std::string& folder : recordings) {
         const Recording recording(folder);  // checks the files
         RecordLines lines(folder, RecordFile::inputs);
         for (std::string line; lines.next(line);) {
             const TrackerInput input = parse_input(line, lines.where());
-            if (has_couplings(input)) {
+            if (has_couplings(input) && !input.column.flags.has_any(kFaults)) {
                 bands[input.column.flags.has(ColumnFlag::low_band) ? 1 : 0].add(input.column);
             }
         }
     }
-    refuse_if(bands[0].blocks() < kFewest, "{}: too short; record a minute with all three source coils", recordings.back());
+    refuse_if(bands[0].blocks() < kFewest || (bands[1].blocks() > 0 && bands[1].blocks() < kFewest),
+              "{}: too short, or with too many faulty columns; record a minute with all three source coils", recordings.back());
     return bands;
 }
 
@@ -95,17 +103,22 @@ CalibrationFile calibrate_pick_up(const PickUpCommand& command, CalibrationRepor
     const double of_sensor = command.distance_m ? constant / std::pow(*command.distance_m, 3) / std::sqrt(6.0) : 0;
     const auto [high, low] = read_bands(command.files.data);
     const bool was_none = c.pick_up.is_none();
-    c.pick_up = high.mean(of_sensor);
-    c.low_band.pick_up = low.blocks() > 1 ? low.mean(of_sensor) : c.low_band.pick_up;
+    const double strength = constant / std::pow(0.75, 3);
+    c.pick_up = high.mean(of_sensor, strength);
+    if (low.blocks() > 0) {
+        c.low_band.pick_up = low.mean(of_sensor, strength);
+    } else if (!c.low_band.pick_up.is_none()) {
+        report.warnings.push_back(command.files.data.back() + ": has no low band; the older low-band pick-up is kept");
+    }
     refuse_sensor(c.model, c.pick_up);
     refuse_if(of_sensor > 0 && c.pick_up.in_phase.norm() < 3 * of_sensor,
               "a sensor at {} m has couplings as large as the pick-up; replace it by a dummy", command.distance_m.value_or(0));
-    report.json["low_band"] = low.blocks() > 1;
+    report.json["low_band"] = low.blocks() > 0;
     if (was_none) {
         report.warnings.push_back(
             command.files.calibration +
             ": its coils contain an unknown part of the pick-up; calibrate them again with --converters-from " +
-            command.files.out);
+            (command.files.out == "-" ? "this one" : command.files.out));
     }
     return file;
 }

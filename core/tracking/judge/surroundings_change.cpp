@@ -20,6 +20,7 @@ SurroundingsChange::SurroundingsChange(const CommonParams<double>& params, const
       columns_(params.max_column_span),
       motion_(params),
       covariance_(State::Constant(params.quadrature_lag_s * params.quadrature_lag_s).asDiagonal()) {
+    x_.setConstant(std::nan(""));  // no rates before two matrices
     covariance_(0, 0) = kUnlearnt;
 }
 
@@ -33,7 +34,7 @@ void SurroundingsChange::update(const Column<double>& column, std::optional<Pose
     Column<double> corrected = column;
     phases_.correct_column(coil_index(column.state), corrected.in_phase, corrected.quadrature, corrected.sigma);
     (void)motion_.add(corrected);
-    ++fresh_;
+    fresh_ = column.quadrature.isZero(0) ? 0 : fresh_ + 1;  // zeros are not measured
     const bool is_matrix = columns_.note(corrected) && fresh_ >= kSourceCoils;
     if (!pose || !pose->valid()) {
         return;
