@@ -68,6 +68,8 @@ struct DeviceParams {
     /// Time without a command after which a host counts as gone. Without hosts the coils are off. Zero: no limit.
     Microseconds host_silence{250'000};
     Microseconds watchdog{500'000};
+    /// False only for simulated devices: their monitor measures nothing.
+    bool has_monitor = true;
     /// False only for simulated devices: loader and calibration commands need a press of the button.
     bool needs_permission = true;
 };

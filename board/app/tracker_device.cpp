@@ -22,6 +22,7 @@ constexpr std::uint16_t kMinSupply_mv = 3000;             // 3.3 V, and the tole
 constexpr std::uint16_t kMaxSupply_mv = 3600;
 constexpr std::int16_t kMaxProcessor_cdeg = 10'000;    // 5 degrees below the limit of the junction (DS12288)
 constexpr std::int16_t kMaxHeatSink_cdeg = 8'500;      // 14 degrees above that in FDM at an ambient temperature of 40 degrees
+constexpr int kHysteresis_cdeg = 500;                  // below these limits the fault is over
 constexpr Microseconds kPauseAfterFailure{1'000'000};  // lets an overloaded power stage cool
 /// A channel that is constant in this many consecutive columns is stuck: noise alone would change it.
 constexpr int kStuckColumns = 6;
@@ -56,12 +57,12 @@ void TrackerDevice::boot() {
         fail(Fault::self_check);
     }
     check_processor();
+    read_monitor();
     if (may_drive() == protocol::AckResult::done) {
         if (const Status measured = measure_gain(); !measured.ok()) {
             fail(fault_of_start(measured));
         }
     }
-    read_monitor();
 }
 
 /// Only while the sampler is stopped.
@@ -69,27 +70,32 @@ void TrackerDevice::read_monitor() {
     reading_ = hardware_.monitor.read();
     last_reading_ = now_;
     const bool is_known = reading_.supply_mv != 0;
-    measures_supply_ = measures_supply_ || is_known;
-    const bool is_hot = reading_.processor_cdeg > kMaxProcessor_cdeg || reading_.heat_sink_cdeg > kMaxHeatSink_cdeg;
+    const int cooler_cdeg = faults_.has(Fault::temperature) ? kHysteresis_cdeg : 0;
+    const bool is_hot =
+        reading_.processor_cdeg > kMaxProcessor_cdeg - cooler_cdeg || reading_.heat_sink_cdeg > kMaxHeatSink_cdeg - cooler_cdeg;
+    if (params_.has_monitor && !is_known) {
+        faults_.set(Fault::converter);
+    }
     faults_.set_to(is_known && (reading_.supply_mv < kMinSupply_mv || reading_.supply_mv > kMaxSupply_mv), Fault::supply);
-    faults_.set_to((is_known && is_hot) || hardware_.monitor.stage_is_hot(), Fault::temperature);
+    faults_.set_to(is_hot || hardware_.monitor.stage_is_hot(), Fault::temperature);
 }
 
 /// Fault of the newest reading that forbids to drive coils.
 std::optional<Fault> TrackerDevice::fault_of_board() const {
-    return faults_.has(Fault::supply)                      ? std::optional(Fault::supply)
-           : faults_.has(Fault::temperature)               ? std::optional(Fault::temperature)
-           : (measures_supply_ && reading_.supply_mv == 0) ? std::optional(Fault::converter)
-                                                           : std::nullopt;
+    return faults_.has(Fault::supply)                         ? std::optional(Fault::supply)
+           : faults_.has(Fault::temperature)                  ? std::optional(Fault::temperature)
+           : (params_.has_monitor && reading_.supply_mv == 0) ? std::optional(Fault::converter)
+                                                              : std::nullopt;
 }
 
 /// Idle block: the coils are off while the converter of the reference measures supply and temperatures. False after a fault.
 bool TrackerDevice::pause_for_reading() {
     loop_->stop();
     read_monitor();
-    const std::optional<Fault> fault = fault_of_board();
-    if (fault || !loop_->start().ok()) {
-        fail(fault.value_or(Fault::converter));
+    if (const std::optional<Fault> fault = fault_of_board()) {
+        fail(*fault);
+    } else if (const Status started = loop_->start(); !started.ok()) {
+        fail(fault_of_start(started));
     }
     return is_measuring_;
 }
@@ -306,7 +312,7 @@ Fault TrackerDevice::fault_of(const Status& status) const {
 
 void TrackerDevice::measure() {
     const Microseconds pause = plan().has_low_band() ? kLowBandReadingPause : kReadingPause;
-    if (measures_supply_ && now_ - last_reading_ > pause && !pause_for_reading()) {
+    if (params_.has_monitor && now_ - last_reading_ > pause && !pause_for_reading()) {
         return;
     }
     const Status status = loop_->step();

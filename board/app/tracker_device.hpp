@@ -124,7 +124,6 @@ private:
     std::uint32_t messages_ = 0;  // other messages sent
     DeviceTime now_{};
     hal::BoardReading reading_;
-    bool measures_supply_ = false;  // a reading has succeeded
     DeviceTime last_reading_{};
     DeviceTime last_status_{};              // time of the last status message
     std::uint32_t last_status_faults_ = 0;  // faults and device state of the last status message

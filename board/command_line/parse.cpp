@@ -39,8 +39,7 @@ bool parse_words(CLI::App& program, const std::vector<std::string>& words, const
         return false;
     }
     const WordWalk seen = walk_words(program, words);
-    const bool is_unknown_command = seen.error.starts_with("unknown command");
-    if ((seen.wants_help && !is_unknown_command) || (words.empty() && !commands_of(program).empty())) {
+    if ((seen.wants_help && !seen.unknown_command) || (words.empty() && !commands_of(program).empty())) {
         print_help(*seen.command);
         return false;
     }

@@ -209,6 +209,7 @@ private:
             return;
         }
         if (walk_.arguments == 0 && !commands_of(*walk_.command).empty()) {
+            walk_.unknown_command = walk_.unknown_command || walk_.error.empty();
             complain(unknown_command(*walk_.command, word));
         }
         ++walk_.arguments;

@@ -14,6 +14,7 @@ struct WordWalk {
     std::size_t arguments = 0;                 // number of the command's words without dashes
     bool options_ended = false;                // after the word --
     bool wants_help = false;                   // --help or -h
+    bool unknown_command = false;              // the first wrong word is no command
     std::string error;                         // about the first wrong word, one line; empty: none
 };
 

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "board/linux/device_uri.hpp"
+#include "board/linux/fault_reporter.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/progress.hpp"
 #include "core/protocol/command_arguments.hpp"
@@ -318,27 +319,43 @@ void DeviceInquiry::stream_columns(double seconds, const std::function<void(cons
     const protocol::IdentifyMessage device = identify();
     const bool sends_poses = device.role == static_cast<std::uint8_t>(protocol::Role::tracker);
     protocol::ModeRequest mode{device.frame_rate_millihertz, static_cast<signal::Multiplexing>(device.multiplexing), true};
-    if (sends_poses) {
-        order("columns", Opcode::mode, protocol::mode_argument(mode));
-    }
-    order("starting", Opcode::start, 0);
+    const auto send_columns = [&](bool columns) {
+        mode.columns = columns;
+        if (sends_poses) {
+            order("mode", Opcode::mode, protocol::mode_argument(mode));
+        }
+    };
+    const auto end = [&] {
+        order("stopping", Opcode::stop, 0);
+        send_columns(false);
+    };
     std::optional<protocol::ColumnMessage> newest;
     const auto take = [&](const hal::ReceivedMessage& message) {
         protocol::ColumnMessage column;
+        protocol::StatusMessage status;
         if (protocol::decode(message.bytes, column) == WireError::none) {
             newest = column;
             each(column);
+        } else if (protocol::decode(message.bytes, status) == WireError::none &&
+                   status.device_state == static_cast<std::uint8_t>(protocol::DeviceState::fault)) {
+            throw host::DeviceError(fmt::format("{}: the device reports: {}", uri_, device_fault_text(status.faults)));
         }
         return false;
     };
     const auto feed = [&] { command(Opcode::keep_alive, Excitation::off, newest ? newest->sequence : 0); };
-    const host::InterruptGuard guard;
-    exchange(seconds, guard, feed, take, kPosePause);
-    command(Opcode::stop);
-    mode.columns = false;
-    if (sends_poses) {
-        command(Opcode::mode, Excitation::off, protocol::mode_argument(mode));
+    send_columns(true);
+    try {
+        order("starting", Opcode::start, 0);
+        const host::InterruptGuard guard;
+        exchange(seconds, guard, feed, take, kPosePause);
+    } catch (...) {
+        try {
+            end();
+        } catch (const host::DeviceError&) {  // the first error is the cause
+        }
+        throw;
     }
+    end();
     if (!newest) {
         throw host::DeviceError(fmt::format("{}: no columns; see the faults in: tricoil device watch {}", uri_, uri_));
     }

@@ -59,7 +59,7 @@ public:
     std::uint64_t listen(double seconds, const std::function<void(const hal::ReceivedMessage&)>& each);
 
     /// Starts the device and calls each(column) until `seconds` have passed (0: no limit) or a signal comes. Then the device is
-    /// idle and set to poses.
+    /// idle and set to poses. Throws DeviceError with the faults if the device reports one.
     void stream_columns(double seconds, const std::function<void(const protocol::ColumnMessage&)>& each);
 
     /// Reason why there is no session; empty during a session.

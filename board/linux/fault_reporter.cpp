@@ -44,6 +44,16 @@ constexpr std::array<const char*, 15> kFaults{"the host was silent: coils off",
 
 }  // namespace
 
+std::string device_fault_text(std::uint16_t faults) {
+    std::string text;
+    for (std::size_t bit = 0; bit < kFaults.size(); ++bit) {
+        if ((static_cast<unsigned>(faults) >> bit & 1U) != 0) {
+            text += (text.empty() ? "" : "; ") + std::string(kFaults[bit]);
+        }
+    }
+    return text;
+}
+
 void FaultReporter::print_device_faults(std::uint16_t faults, HostTime now) {
     if (faults == printed_faults_ || (faults_printed_ && now - *faults_printed_ < kPause)) {
         return;

@@ -15,6 +15,9 @@
 
 namespace tricoil::linux_board {
 
+/// Texts of the fault bits of a status message, separated by semicolons.
+std::string device_fault_text(std::uint16_t faults);
+
 class FaultReporter {
 public:
     /// tap: may be null; must outlive this object.

@@ -18,6 +18,7 @@ namespace {
 
 sim::Scenario make_scenario(const SimulationOptions& options) {
     sim::Scenario scenario = load_scenario(options.scenario, options.seed);
+    refuse_if(!(options.speed > 0 && options.speed <= 100), "--speed {}: must be positive, at most 100", options.speed);
     if (!options.trajectory.empty()) {
         sim::RecordedMotionParams params;
         params.place_m = options.place_m;
@@ -29,7 +30,6 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
         scenario.motion = std::move(motion);
     } else {
         refuse_if(options.place_m != SimulationOptions{}.place_m, "--place: no recorded path to place; add --trajectory FILE");
-        refuse_if(!(options.speed > 0) || !std::isfinite(options.speed), "--speed {}: must be positive", options.speed);
         scenario.motion = std::make_unique<sim::PacedMotion>(std::move(scenario.motion), options.speed);
     }
     if (options.no_noise) {

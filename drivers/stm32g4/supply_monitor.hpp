@@ -26,11 +26,11 @@ public:
     [[nodiscard]] static hal::BoardReading reading_of(int reference, int thermometer, int thermistor, const Factory& factory) {
         const int span = factory.at_130_degrees - factory.at_30_degrees;
         if (reference <= 0 || span <= 0) {
-            return {};
+            return {0, 0, heat_sink_of(thermistor)};
         }
         const int supply_mv = kFactory_mv * factory.reference / reference;
         if (supply_mv > kLargest_mv) {  // above the absolute maximum rating of the chip: the reading is wrong
-            return {};
+            return {0, 0, heat_sink_of(thermistor)};
         }
         const int at_factory_supply = thermometer * supply_mv / kFactory_mv;
         const int cdeg = 3000 + (at_factory_supply - factory.at_30_degrees) * 10'000 / span;

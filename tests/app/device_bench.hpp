@@ -23,14 +23,12 @@ public:
     /// Called with each block and its samples; returns the result of poll().
     std::function<Status(SampleBlock&, std::vector<Sample>&)> tamper;
     std::uint64_t polls = 0;
-    std::function<void()> started;
+    std::function<Status()> started;
 
 private:
     Status do_start(const signal::AcquisitionPlan& plan) override {
-        if (started) {
-            started();
-        }
-        return sampler_.start(plan);
+        const Status begun = started ? started() : Status{};
+        return begun.ok() ? sampler_.start(plan) : begun;
     }
     Status do_poll(SampleBlock& block) override {
         ++polls;
@@ -81,7 +79,6 @@ struct DeviceBench {
             hosts.push_back(std::make_unique<HostEnd>(device_ends[n]));
         }
         system.set_reset_reason(p.reset);
-        monitor.reading.supply_mv = p.measures_supply ? monitor.reading.supply_mv : std::uint16_t{0};
         boot();
     }
 
@@ -109,6 +106,7 @@ struct DeviceBench {
         p.hemisphere = scenario.motion->at(0).position_m.cast<float>();
         p.most_reference_v = 2.45F;  // the simulated reference is 1 V in TDM, 2.4 V in two bands
         p.host_silence = bench.host_silence;
+        p.has_monitor = bench.measures_supply;
         return p;
     }
 

@@ -171,6 +171,53 @@ TEST_F(Faults, TemperatureOutOfLimits) {
     }
 }
 
+TEST_F(Faults, TemperatureMustFallFiveDegrees) {
+    board.monitor.reading.heat_sink_cdeg = 8'600;
+    expect_off(Fault::temperature, 1.1);
+    board.monitor.reading.heat_sink_cdeg = 8'100;
+    board.run(1.1);
+    board.host().hello();
+    EXPECT_EQ(board.ask(Opcode::start), AckResult::failed);
+    board.monitor.reading.heat_sink_cdeg = 7'900;
+    board.run(1.1);
+    expect_recovery();
+}
+
+TEST_F(Faults, AHeatSinkIsHotAlsoWithoutASupply) {
+    board.monitor.reading = {0, 0, 9'000};
+    board.run(1.1);
+    EXPECT_TRUE(board.device->faults().has(Fault::temperature));
+    EXPECT_EQ(board.coils.state(), Excitation::off);
+}
+
+TEST_F(Faults, AFailedReadingStopsAndForbidsDriving) {
+    board.monitor.reading = {};
+    expect_off(Fault::converter, 1.1);
+    board.run(1.1);
+    board.host().hello();
+    EXPECT_EQ(board.ask(Opcode::start), AckResult::failed);
+    EXPECT_TRUE(board.device->faults().has(Fault::converter));
+    board.monitor.reading = {3300, 2500, 2500};
+    board.run(1.1);
+    expect_recovery();
+}
+
+TEST_F(Faults, AMonitorThatNeverReadIsAFaultFromBoot) {
+    board.monitor.reading = {};
+    board.boot();
+    EXPECT_EQ(board.device->faults().bits(), static_cast<std::uint16_t>(Fault::converter));
+    board.fed_hosts[0] = false;
+    board.run(0.1);
+    board.host().hello();
+    EXPECT_EQ(board.ask(Opcode::start), AckResult::failed);
+    EXPECT_EQ(board.coils.state(), Excitation::off);
+}
+
+TEST_F(Faults, OverCurrentAtTheRestartAfterAReading) {
+    board.tampered.started = [] { return Status{StatusCode::over_current, "tripped"}; };
+    expect_off(Fault::overcurrent, 1.1);
+}
+
 TEST_F(Faults, StageInThermalShutdown) {
     board.monitor.is_hot = true;
     expect_off(Fault::temperature);

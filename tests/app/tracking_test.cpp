@@ -64,7 +64,10 @@ std::vector<protocol::PoseMessage> poses_of_the_loop(double begin_s, std::size_t
 TEST(Board, PosesOnAllLinksEqualThoseOfTheMainLoop) {
     DeviceBench board({.measures_supply = false});
     double begun_s = 0;
-    board.tampered.started = [&] { begun_s = board.clock.elapsed_s(); };
+    board.tampered.started = [&] {
+        begun_s = board.clock.elapsed_s();
+        return Status{};
+    };
     board.track(DeviceBench::kLinks);
     board.run(2);
     const auto& poses = board.host(0).poses;

@@ -155,6 +155,12 @@ TEST(Usage, UnexpectedWordsAreNamedOnce) {
     expect_usage_error("run --trajectory '' --duration 1", "--trajectory needs a value: FILE");
     expect_usage_error("run --place 1,0,0", "--place: no recorded path to place; add --trajectory FILE");
     expect_usage_error("run --speed 0", "--speed 0: must be positive");
+    expect_usage_error("run --speed 1e9 --duration 1", "--speed 1000000000: must be positive, at most 100");
+    for (const std::string option : {"--speed 2", "--scenario still", "--seed 3", "--no-noise"}) {
+        const std::string name = option.substr(0, option.find(' '));
+        expect_usage_error("run --out - --device can:can0 " + option, name + ": only with a simulated sensor");
+        expect_usage_error("serve --json-lines - --device can:can0 " + option, name + ": only with a simulated sensor");
+    }
 }
 
 TEST(Usage, NumbersOutOfRangeAreNamed) {

@@ -277,6 +277,8 @@ TEST(SupplyMonitor, UsesTheFactorysCodes) {
     EXPECT_EQ(SupplyMonitor::reading_of(0, 900, 2048, kFactory).supply_mv, 0U) << "no reading";
     EXPECT_EQ(SupplyMonitor::reading_of(1500, 900, 2048, {1654, 0xFFFF, 0xFFFF}).supply_mv, 0U) << "no calibration";
     const auto sink = [&](int code) { return SupplyMonitor::reading_of(1500, 900, code, kFactory).heat_sink_cdeg; };
+    EXPECT_EQ(SupplyMonitor::reading_of(1500, 900, 500, {1654, 0xFFFF, 0xFFFF}).heat_sink_cdeg, sink(500))
+        << "needs no factory values";
     EXPECT_NEAR(sink(2048), 2500, 2);
     EXPECT_NEAR(sink(4096 * 1072 / 11072), 8500, 120) << "R(85) of the data sheet: 1072 ohm";
     EXPECT_EQ(sink(4095), 20'000) << "a broken wire is not cold";

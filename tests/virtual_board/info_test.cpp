@@ -74,11 +74,15 @@ TEST_F(DeviceInfo, ShowsTheLevelsOfEveryChannelLive) {
     ASSERT_EQ(tricoil("device watch --levels --json --duration 3 " + device_), 0) << err;
     std::istringstream lines(out);
     int rows = 0;
+    std::string heading;
+    std::getline(lines, heading);
+    for (const json& peak : json::parse(heading)["reference_at_start_v"]) {
+        EXPECT_NEAR(peak.get<double>(), 0.66, 0.04) << heading;
+    }
     for (std::string line; std::getline(lines, line); ++rows) {
         const json row = json::parse(line);
         EXPECT_EQ(row["coil"], rows % 3 + 1);
-        EXPECT_NEAR(row["reference_v"].get<double>(), 0.66, 0.04) << line;
-        EXPECT_GT(row["columns"], 20) << line;
+        ASSERT_GT(row["columns"], 20) << line;
         EXPECT_EQ(row["saturated"], 0);
         double snr_db = 0;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -90,9 +94,23 @@ TEST_F(DeviceInfo, ShowsTheLevelsOfEveryChannelLive) {
     }
     EXPECT_GE(rows, 6);
     ASSERT_EQ(tricoil("device watch --levels --duration 0.4 " + device_), 0) << err;
-    EXPECT_THAT(out, HasSubstr("S1  reference 0.6"));
+    EXPECT_THAT(out, HasSubstr("at the start: reference 0.6"));
+    EXPECT_THAT(out, HasSubstr("V (S1 S2 S3)\nS1  gain step"));
+    ASSERT_EQ(tricoil("device mode --mux fdm " + device_), 0) << err;
+    ASSERT_EQ(tricoil("device watch --levels --duration 0.4 " + device_), 0) << err;
+    EXPECT_THAT(out, HasSubstr("V (all coils together)\nS1  gain step"));
+    ASSERT_EQ(tricoil("device mode --mux tdm " + device_), 0) << err;
     ASSERT_EQ(tricoil("run --duration 0.5 --device " + device_ + " --out " + in("poses.csv")), 0) << err;
     EXPECT_GT(poses().rows(), 100U) << "the device sends poses again";
+}
+
+TEST_F(DeviceInfo, LevelsEndWithTheNamesOfTheFaults) {
+    plug_in("--scenario still --fault open_coil:S2@1");
+    ASSERT_TRUE(eventually_info([](const json&) { return true; }));
+    EXPECT_EQ(tricoil("device watch --levels --duration 30 " + device_), 3);
+    EXPECT_THAT(err, HasSubstr("the device reports: "));
+    EXPECT_THAT(err, HasSubstr("open coil: no current while it is driven"));
+    EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
 }
 
 TEST_F(DeviceInfo, WarnsOfOptionBytesWithTheRemedy) {

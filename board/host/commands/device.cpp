@@ -1,5 +1,6 @@
 // tricoil device: lists, identifies, watches and configures devices.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <fstream>
 #include <memory>
@@ -137,29 +138,37 @@ std::string line_of(std::span<const std::uint8_t> bytes, bool json) {
 }
 
 constexpr const char* kLevels =
-    "S{coil}  reference {reference_v:.3f} V  gain step {gain_step}  coupling {coupling/0:+.3e} {coupling/1:+.3e} "
+    "S{coil}  gain step {gain_step}  coupling {coupling/0:+.3e} {coupling/1:+.3e} "
     "{coupling/2:+.3e}  "
     "level {level/0 in %:.1f} {level/1 in %:.1f} {level/2 in %:.1f} %  noise {noise/0:.1e} {noise/1:.1e} {noise/2:.1e}  "
     "SNR {snr_db/0:.1f} {snr_db/1:.1f} {snr_db/2:.1f} dB  saturated {saturated} of {columns}";
 
-/// Each second a row of LevelMeter for each source coil, with the peak voltage of the reference in a raw block.
+/// Peak voltages of the reference: of each source coil in TDM, otherwise of all together.
+std::vector<double> reference_now(linux_board::DeviceInquiry& inquiry) {
+    const bool is_tdm = inquiry.identify().multiplexing == static_cast<std::uint8_t>(signal::Multiplexing::tdm);
+    std::vector<double> peaks;
+    for (int coil = 0; coil < (is_tdm ? kSourceCoils : 1); ++coil) {
+        const auto burst = inquiry.read_block(is_tdm ? single_coil(coil) : Excitation::all);
+        const auto [low, high] = std::ranges::minmax(burst.samples, {}, [](const Sample& s) { return s[kReferenceChannel]; });
+        peaks.push_back(burst.about.scale * (high[kReferenceChannel] - low[kReferenceChannel]) / 2.0);
+    }
+    return peaks;
+}
+
+/// First the reference at the start, then each second a row of LevelMeter for each source coil.
 int watch_levels(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
-    std::array<double, kSourceCoils> reference_v{};
-    for (int coil = 0; coil < kSourceCoils; ++coil) {
-        const auto burst = inquiry.read_block(single_coil(coil));
-        const auto [low, high] = std::ranges::minmax(burst.samples, {}, [](const Sample& s) { return s[kReferenceChannel]; });
-        reference_v[static_cast<std::size_t>(coil)] =
-            burst.about.scale * (high[kReferenceChannel] - low[kReferenceChannel]) / 2.0;
-    }
+    const auto peaks = reference_now(inquiry);
+    print_text("{}\n", command.json ? Json{{"reference_at_start_v", peaks}}.dump()
+                                    : fmt::format("at the start: reference {:.3f} V ({})", fmt::join(peaks, " "),
+                                                  peaks.size() == 1 ? "all coils together" : "S1 S2 S3"));
     LevelMeter meter;
     const HostTime begin = drivers::host_now();
     HostTime shown = begin;
     const auto show = [&] {
         shown = drivers::host_now();
-        for (std::size_t coil = 0; coil < reference_v.size(); ++coil) {
-            Json row = meter.take_row(coil);
-            row["reference_v"] = reference_v[coil];
+        for (std::size_t coil = 0; coil < kSourceCoils; ++coil) {
+            const Json row = meter.take_row(coil);
             print_text("{}\n", command.json ? row.dump() : fill(row, kLevels));
         }
         end_standard_output();
@@ -334,8 +343,10 @@ void add_device_command(CLI::App* sub, Action& action) {
     add_wait(add_device(
         add_json(add("info", "Identify a device; show its last program error, image and settings",
                      {"serial number, firmware, mode, last program error", "tricoil device info can:can0"}, &show_info))));
-    CLI::App* const watched = add_device(add_json(add("watch", "Print every message of a device without sending commands",
-                                                      {"every message", "tricoil device watch serial:/dev/ttyACM0"}, &watch)));
+    CLI::App* const watched = add_wait(
+        add_device(add_json(add("watch", "Print every message of a device; without --levels no command is sent", {}, &watch))));
+    set_examples(watched, {{"every message", "tricoil device watch serial:/dev/ttyACM0"},
+                           {"levels and SNR of every channel", "tricoil device watch --levels can:can0"}});
     watched->add_flag("--levels", command->levels,
                       "Drive the coils; each second print coupling, level, noise and SNR of every channel");
     watched->add_option("--duration", command->duration_s, "Duration; default: until a signal")

@@ -32,11 +32,11 @@ public:
     }
 
     /// Of source coil 0 to 2 since the last call, by sensor channel: mean coupling; mean level, of full scale (0: unknown);
-    /// noise, the standard deviation from second differences, which contain no slow motion; SNR of the mean. saturated: number of
-    /// columns.
+    /// noise, the standard deviation from second differences, which contain no slow motion; SNR of the mean; NaN, in JSON null,
+    /// below three columns. saturated: number of columns.
     Json take_row(std::size_t number) {
         const Coil coil = std::exchange(coils_[number], {});
-        const double n = std::max(coil.columns, 3);
+        const double n = std::max(coil.columns, 1);
         Json row = {{"coil", number + 1},
                     {"columns", coil.columns},
                     {"gain_step", coil.gain_step},
@@ -44,9 +44,9 @@ public:
                     {"coupling", list_of(coil.coupling / n)},
                     {"level", list_of(coil.level / n)}};
         for (Index i = 0; i < 3; ++i) {
-            const double noise = std::sqrt(coil.squares(i) / (6 * (n - 2)));
+            const double noise = coil.columns < 3 ? std::nan("") : std::sqrt(coil.squares(i) / (6 * (n - 2)));
             row["noise"].push_back(noise);
-            row["snr_db"].push_back(20 * std::log10(std::max(std::abs(coil.coupling(i)) / n, 1e-12) / std::max(noise, 1e-12)));
+            row["snr_db"].push_back(noise > 0 ? 20 * std::log10(std::abs(coil.coupling(i)) / n / noise) : std::nan(""));
         }
         return row;
     }

@@ -6,6 +6,7 @@
 #include <array>
 #include <string_view>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
 #include "board/host/commands/stage_options.hpp"
@@ -58,7 +59,10 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     refuse_if(!command.options.samples.empty(), "--samples: not with a device, because a device sends columns");
     refuse_if(!command.options.wav.empty(), "--record-wav: not with a device; use tricoil device capture");
     refuse_if(!command.options.couplings.empty(), "--couplings: not with a device, whose true poses are not known");
-    refuse_if(command.options.stations != 1, "--stations: not with a device, which has its own number of sensors");
+    for (const CLI::Option* option : options_of(*command.app)) {
+        refuse_if(option->count() > 0 && option->get_group().starts_with("Simulated"),
+                  "{}: only with a simulated sensor; leave it out, or use --device sim:", option->get_name());
+    }
     if (command.options.tracker != "direct" || command.config.empty()) {
         options.config.method = command.options.tracker;
     }

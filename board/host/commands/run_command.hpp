@@ -23,7 +23,7 @@ struct RunCommand {
     std::string json_lines;  // of tricoil run: empty or "-"
     bool json = false;
     bool list = false;
-    const CLI::App* app = nullptr;                   // of `run`; null in `serve`
+    const CLI::App* app = nullptr;
     std::vector<const CLI::Option*> shared_options;  // of `run` and `serve`; only in `run`
     std::vector<const CLI::Option*> stages;          // see add_stage_options()
     CLI::Option* duration = nullptr;

@@ -137,6 +137,7 @@ void set_run_examples(CLI::App* sub) {
 
 void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) {
     RunOptions& o = command->options;
+    command->app = sub;
     add_simulation_options(sub, *command);
     add_fault_options(sub, o);
     add_device_options(sub, *command);
@@ -149,7 +150,6 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
 void add_run_command(CLI::App* sub, Action& action) {
     auto command = std::make_shared<RunCommand>();
     RunOptions& o = command->options;
-    command->app = sub;
     add_run_options(sub, command);
     command->shared_options = options_of(*sub);
     sub->option_defaults()->group(kSimulation);
