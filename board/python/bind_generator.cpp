@@ -4,6 +4,7 @@
 #include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
+#include "board/support/errors.hpp"
 #include "core/solver/single_coil.hpp"
 
 namespace tricoil::python {
@@ -14,14 +15,15 @@ namespace py = pybind11;
 constexpr py::ssize_t kCoilNumbers = 7;  // position, moment, octupole
 constexpr py::ssize_t kChunk = 64;       // a cold start takes about 0.3 ms
 
+bool has_shape(const Array& a, py::ssize_t m, py::ssize_t n) { return a.ndim() == 2 && a.shape(0) == m && a.shape(1) == n; }
+
 /// rows: (N, 7), N at most 16.
 field::Generator<double> generator_of(const Array& rows) {
+    host::refuse_if(!has_shape(rows, rows.size() / kCoilNumbers, kCoilNumbers), "coils: must have shape (N, 7)");
     field::Generator<double> generator;
     for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
         const double* const row = rows.data() + kCoilNumbers * i;
-        if (!generator.push_back({Vec3<double>(row), Vec3<double>(row + 3), row[6]})) {
-            throw py::value_error("a generator has at most 16 coils");
-        }
+        host::refuse_if(!generator.push_back({Vec3<double>(row), Vec3<double>(row + 3), row[6]}), "coils: at most 16");
     }
     return generator;
 }
@@ -41,13 +43,15 @@ Array solve_single_coil(const Array& coils, const Array& couplings, const Array&
     solver::SingleCoilParams<double> params;
     params.gain = gain;
     params.gain_deviation = gain_deviation;
-    params.side = Vec3<double>(side.data());
     params.max_misfit_share = max_misfit_share;
     Array rows({couplings.shape(0), kNumbers});
     auto* const out = reinterpret_cast<Numbers*>(rows.mutable_data());
     const double* const c = couplings.data();
     const double* const w = weights.data();
     const auto n = static_cast<py::ssize_t>(generator.size());
+    host::refuse_if(!has_shape(couplings, rows.shape(0), n) || !has_shape(weights, rows.shape(0), n) || side.size() != 3,
+                    "couplings, weights, side: must have shapes (M, {0}), (M, {0}) and (3,)", n);
+    params.side = Vec3<double>(side.data());
     Status failed;
     const auto solve_row = [&](py::ssize_t m) {
         const solver::CoilCouplings<double> measured{{c + m * n, generator.size()}, {w + m * n, generator.size()}};
@@ -65,15 +69,15 @@ Array solve_single_coil(const Array& coils, const Array& couplings, const Array&
                   found->chi_square,      static_cast<double>(found->end), found->covariance};
     };
     for_rows(couplings.shape(0), progress, solve_row, kChunk);
-    if (!failed.ok()) {
-        throw py::value_error(failed.message());
-    }
+    host::refuse_if(!failed.ok(), "{}", failed.message());
     return rows;
 }
 
 /// position_m, sensitivity: (M, 3). Result: (M, N, 7): coupling, its gradients with respect to position and sensitivity.
 Array generator_couplings(const Array& coils, const Array& position_m, const Array& sensitivity) {
     const field::Generator<double> generator = generator_of(coils);
+    host::refuse_if(!has_shape(position_m, position_m.size() / 3, 3) || !has_shape(sensitivity, position_m.shape(0), 3),
+                    "position_m, sensitivity: must have the same shape (M, 3)");
     Array result({position_m.shape(0), static_cast<py::ssize_t>(generator.size()), kCoilNumbers});
     auto* out = reinterpret_cast<field::PairCoupling<double>*>(result.mutable_data());
     static_assert(sizeof(*out) == kCoilNumbers * sizeof(double));
