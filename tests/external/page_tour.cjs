@@ -128,6 +128,7 @@ async function demo(browser, check, program) {
     await page.waitForFunction(() => document.body.dataset.tour === 'true');
     const error = async (step, id) => {
       await page.evaluate(n => document.querySelectorAll('#tour_steps button')[n].click(), step);
+      await page.waitForFunction(n => window.tricoil.tour.place.step === n, step);
       await page.waitForFunction(id => /\d/.test(document.getElementById(id).textContent), id);
       return Number(await text(page, `#${id}`));
     };

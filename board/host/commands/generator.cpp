@@ -57,7 +57,7 @@ void add_generator_command(CLI::App* sub, Action& action) {
                {{"a planar generator", "tricoil generator simulate --save planar.toml --out coil.csv"}});
     add_action(sub, action, "solve", "Poses of sensor coils, compared with the truth if the table has it",
                "Table of couplings (CSV), or ILEMT text of each mounting", kSolveOptions,
-               {{"poses", "tricoil generator solve coil.csv --generator planar.toml --side 0,0,1 --out poses.csv"}})
+               {{"poses", "tricoil generator solve coil.csv --generator planar.toml --side 0,0,1 --out needle.csv"}})
         ->add_flag("--follow")
         ->description("Rows are successive poses: each search begins at the last one");
     add_action(sub, action, "calibrate", "Coils of a generator from couplings at known poses",
