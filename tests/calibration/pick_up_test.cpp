@@ -225,7 +225,9 @@ TEST_F(Command, BadInputIsRefused) {
     refused(with("pick_up = " + zeros), "'couplings.pick_up_quadrature' is missing");
     refused(with("pick_up_quadrature = " + zeros), "'couplings.pick_up' is missing");
     refused(with("pick_up = " + zeros + "pick_up_quadrature = " + zeros + "pick_up_sigma = -1\n"), "is negative");
-    refused(with("[surroundings_quadrature]\nversion = 1\n[couplings]\n"), "'surroundings_quadrature.deviation' is missing");
+    const std::string part = test::read_file(coils()) + "\n[surroundings_quadrature]\nversion = 1\n";
+    refused(test::tricoil("run --calibration " + test::write_file("bad.toml", part)),
+            "'surroundings_quadrature.deviation' is missing");
 }
 
 TEST_F(Command, ChangingCouplingsAreRefused) {
