@@ -98,7 +98,9 @@ std::string pick_up_text(const char* prefix, const calibration::PickUp<double>& 
 /// Throws InputError if only some of the keys are present.
 void need_all(CheckedTable& table, const std::vector<std::string>& keys) {
     if (std::ranges::any_of(keys, [&](const std::string& key) { return table.has(key); })) {
-        std::ranges::for_each(keys, [&](const std::string& key) { table.need(key); });
+        for (const std::string& key : keys) {
+            table.need(key);
+        }
     }
 }
 
