@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from ._output_file import write_whole
+from ._output_file import refuse_input_as_output, write_whole
 from ._poses import PoseError
 
 RATE_HZ = 100.0
@@ -289,6 +289,7 @@ def run(plan, center=None, size=None, grid=None, limits=None, turn_limits=None, 
         raise PoseError(f"--grid, --limits: the grid alone takes {seconds:.0f} s; at most {LONGEST_S:g} s are planned; give a smaller grid, or a larger speed")
     path = make(box, both, int(count), rate)
     rows = np.concatenate(path.rows)
+    refuse_input_as_output({"--plan": plan}, [chain])
     parts = part_names(path, len(rows))
     joints, summary_of_joints = joints_along(chain, link, start_joints, box.center_m, rows, rate, parts)
     write_whole(plan, csv(rows, rate, parts, joints))
