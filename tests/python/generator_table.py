@@ -57,6 +57,12 @@ def recorded(folder):
             t = result["truth"]
             print(f"| recorded, {name}{', side given' if side else ''} | {result['solved']} of {result['poses']} | {1e3 * t['position_rms_m']:.3f} mm | "
                   f"{t['axis_rms_deg']:.3f} deg | {t['wrong']} |   residual {100 * calibrated['residual']:.2f} %, NEES {t['nees']:.2f}")
+            if len(mountings) == 3:
+                result, _ = _generator_solve.run(of("ld"), generator=generator, body=True)
+                b = result["truth"]
+                print(f"| recorded, {name}, body of three | {result['solved']} of {result['poses']} | {1e3 * b['position_rms_m']:.3f} mm | "
+                      f"{b['rotation_rms_deg']:.3f} deg | {b['wrong']} |   NEES {b['nees']:.2f}")
+                check("body", b["position_rms_m"] < 0.25e-3 and b["wrong"] == 0 and 0.8 < b["nees"] < 1.4 and result["solved"] == result["poses"])
             check(name, t["position_rms_m"] < position_m and t["axis_rms_deg"] < axis_deg and t["wrong"] == 0 and result["solved"] >= (1 - lost) * result["poses"])
 
 

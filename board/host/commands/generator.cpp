@@ -53,13 +53,19 @@ CLI::App* add_action(CLI::App* generator, Action& action, const char* name, cons
 
 void add_generator_command(CLI::App* sub, Action& action) {
     sub->require_subcommand(1);
-    add_action(sub, action, "simulate", "Couplings of a sensor coil at random poses or along a path", nullptr, kSimulateOptions,
-               {{"a planar generator", "tricoil generator simulate --save planar.toml --out coil.csv"}});
-    add_action(sub, action, "solve", "Poses of sensor coils, compared with the truth if the table has it",
-               "Table of couplings (CSV), or ILEMT text of each mounting", kSolveOptions,
-               {{"poses", "tricoil generator solve coil.csv --generator planar.toml --side 0,0,1 --out needle.csv"}})
-        ->add_flag("--follow")
-        ->description("Rows are successive poses: each search begins at the last one");
+    CLI::App* const simulate = add_action(
+        sub, action, "simulate", "Couplings of a sensor coil at random poses or along a path", nullptr, kSimulateOptions,
+        {{"a planar generator", "tricoil generator simulate --save planar.toml --out coil.csv"},
+         {"a body with two coils", "tricoil generator simulate --body --save body.toml --out coils.csv"}});
+    simulate->add_flag("--body")->description(
+        "The coils of [[sensor]] on one body; without --generator two crossed ones, 10 mm apart");
+    CLI::App* const solve = add_action(
+        sub, action, "solve", "Poses of sensor coils, compared with the truth if the table has it",
+        "Table of couplings (CSV), or ILEMT text of each mounting", kSolveOptions,
+        {{"poses", "tricoil generator solve coil.csv --generator planar.toml --side 0,0,1 --out needle.csv"},
+         {"poses of a body", "tricoil generator solve coils.csv --body --generator body.toml --side 0,0,1 --out body.csv"}});
+    solve->add_flag("--follow")->description("Rows are successive poses: each search begins at the last one");
+    solve->add_flag("--body")->description("The sensor coils are on one body: its poses, six degrees of freedom");
     add_action(sub, action, "calibrate", "Coils of a generator from couplings at known poses",
                "Table of couplings and poses (CSV), or ILEMT text of each mounting", kCalibrateOptions,
                {{"a generator", "tricoil generator calibrate coil.csv --out generator.toml"}});

@@ -16,6 +16,7 @@ from . import _interpreter
 _interpreter.check()
 
 from ._bench import bench  # noqa: E402
+from ._body import solve_6dof
 from ._command import calibrate, command, evaluate
 from ._demodulate import demodulate
 from ._dynamic import verify
@@ -77,6 +78,7 @@ __all__ = [
     "run",
     "solve",
     "solve_5dof",
+    "solve_6dof",
     "sweep",
     "truth",
     "verify",

@@ -1,16 +1,17 @@
 """`tricoil generator simulate`: a table of couplings of one sensor coil, at random poses or along a path."""
 
+import dataclasses
 import os
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import RotationSpline
+from scipy.spatial.transform import Rotation, RotationSpline
 
 from ._dynamic import number
-from ._generator import MOST_COILS, Generator, planar_generator, read_generator, to_toml
+from ._generator import MOST_COILS, Generator, SensorCoil, planar_generator, read_generator, to_toml
 from ._output_file import refuse_input_as_output, write_all
 from ._poses import read, refuse_others
-from ._rotation import rotations
+from ._rotation import rotations, wxyz
 from ._truth_command import numbers
 
 PLANAR_M = 0.3  # edge of the planar generator
@@ -18,7 +19,8 @@ VOLUME_M = ((-0.15, -0.15, 0.1), (0.15, 0.15, 0.4))  # of random poses, above it
 LIMITS = {"coils": (1, MOST_COILS), "count": (1, 1e7), "rate_hz": (1e-3, 1e6), "gain": (1e-9, 1e9), "slot_s": (0, 1), "snr_db": (-100, 400), "seed": (0, 2**32)}
 DEFAULTS = {"coils": 8, "count": 1000, "place": "0,0,0.25", "slot_s": 0.0, "rate_hz": 40}
 ALONG = {"place", "slot_s", "rate_hz"}  # options of a path
-AXIS = np.array([1.0, 0.0, 0.0])  # of the coil in the body of a path
+COIL = SensorCoil(1.0, np.zeros(3), np.array([1.0, 0.0, 0.0]))  # of the body of a path
+BODY = {1: SensorCoil(1.0, np.array([-5e-3, 0, 0]), np.array([1.0, 0, 0])), 2: SensorCoil(1.0, np.array([5e-3, 0, 0]), np.array([0, 1.0, 0]))}
 
 
 def _random(count, rng):
@@ -27,7 +29,7 @@ def _random(count, rng):
 
 
 def _along(path, place, times_s):
-    """Positions and axes of the coil at times (..., ); the middle of the path is at `place`."""
+    """Times (M, S), and positions (M, S, 3) and attitudes (M S) of the body; the middle of the path is at `place`."""
     poses = read(path)
     if poses.quaternion_wxyz is None or len(poses) < 4:
         raise ValueError(f"{path}: four poses with attitudes are needed")
@@ -37,7 +39,7 @@ def _along(path, place, times_s):
     times = times_s(poses.time_s[0], poses.time_s[-1])
     if not len(times):
         raise ValueError(f"{path}: lasts {poses.time_s[-1] - poses.time_s[0]:g} s, less than the slots of a frame; choose a longer path or a smaller --slot-s")
-    return times, position(times), turn(times.ravel()).apply(AXIS).reshape(*times.shape, 3)
+    return times, position(times), turn(times.ravel())
 
 
 def couplings_at_slots(generator: Generator, position_m, axis, gain):
@@ -47,10 +49,35 @@ def couplings_at_slots(generator: Generator, position_m, axis, gain):
     return alone @ np.linalg.inv(np.eye(count) + generator.crosstalk).T
 
 
-def _table(generator, time_s, position_m, axis, couplings, sigma):
-    names = [*([] if time_s is None else ["time_s"]), "x_m", "y_m", "z_m", "nx", "ny", "nz", "sigma", *generator.names]
-    parts = [*([] if time_s is None else [time_s[:, None]]), position_m, axis, sigma[:, None], couplings]
-    return ",".join(names) + "\n" + "".join(",".join(f"{v:.12g}" for v in row) + "\n" for row in np.hstack(parts))
+def _table(generator, columns, couplings):
+    """columns: values by their names, separated by commas."""
+    parts = [np.reshape(values, (len(couplings), -1)) for values in columns.values()]
+    return ",".join((*columns, *generator.names)) + "\n" + "".join(",".join(f"{v:.12g}" for v in row) + "\n" for row in np.hstack((*parts, couplings)))
+
+
+def _mounts(generator, name):
+    """Sensor coils with their places in the body, by number. Raises ValueError if the generator has none."""
+    mounts = BODY if name is None else {number: one for number, one in sorted(generator.sensors.items()) if one.offset_m is not None}
+    if not mounts:
+        raise ValueError(f"{name}: has no sensor coil with a place in a body; --body needs [[sensor]] with number, gain, offset_m and axis")
+    return mounts
+
+
+def _to_axis(axis):
+    """Rotations that turn the axis of COIL to unit vectors (M, 3)."""
+    x = COIL.axis
+    half = x + axis
+    half[np.linalg.norm(half, axis=1) < 1e-6] = [0, 0, 1]
+    return Rotation.from_rotvec(np.pi * half / np.linalg.norm(half, axis=1, keepdims=True))
+
+
+def _coil_at(generator, position, turn, mount, gain):
+    """Position and axis (M, 3) of a coil at the end of each row, and its couplings (M, N). position: (M, 1 or N + 1, 3) of the body: at one
+    time, or at that of each slot and of the pose."""
+    at = position + turn.apply(mount.offset_m).reshape(position.shape)
+    n = turn.apply(mount.axis).reshape(position.shape)
+    true = generator.couplings(at[:, 0], n[:, 0], gain) if position.shape[1] == 1 else couplings_at_slots(generator, at[:, :-1], n[:, :-1], gain)
+    return at[:, -1], n[:, -1], true
 
 
 def _chosen(options, generator, path):
@@ -61,7 +88,8 @@ def _chosen(options, generator, path):
     return DEFAULTS | given
 
 
-def run(out=None, generator=None, save=None, path=None, gain=1.0, snr_db=60.0, seed=1, coils=None, count=None, place=None, slot_s=None, rate_hz=None):
+def run(out=None, generator=None, save=None, path=None, gain=1.0, snr_db=60.0, seed=1, coils=None, count=None, place=None, slot_s=None, rate_hz=None,
+        body=False):
     """Result as `--json` prints it, and the couplings (M, N). Raises ValueError, OSError."""
     if out is None:
         raise ValueError("--out FILE is needed, for the couplings")
@@ -77,20 +105,30 @@ def run(out=None, generator=None, save=None, path=None, gain=1.0, snr_db=60.0, s
     slots = slot * (np.arange(len(source)) - (len(source) - 1) / 2)
     if path is not None and slot * len(source) > 1 / values["rate_hz"] * (1 + 1e-9):
         raise ValueError(f"--slot-s: {len(source)} slots of {slot:g} s are longer than a frame at {values['rate_hz']:g} frames/s")
+    mounts = _mounts(source, generator) if body else {1: COIL}
+    if body and generator is None:
+        source = dataclasses.replace(source, sensors=mounts)
+    columns: dict[str, np.ndarray] = {}
     if path is None:
-        time_s = None
         position, axis = _random(int(values["count"]), rng)
-        true = source.couplings(position, axis, values["gain"])
+        position = position[:, None]
+        turn = Rotation.random(len(position), random_state=int(values["seed"])) if body else _to_axis(axis)
     else:
         def times(first, last):
             return np.arange(first + abs(slots[0]), last - abs(slots[0]), 1 / values["rate_hz"])[:, None] + np.append(slots, 0.0)
 
-        every, at, n = _along(path, np.array(numbers("place", chosen["place"], 3)), times)
-        time_s, position, axis = every[:, -1], at[:, -1], n[:, -1]
-        true = couplings_at_slots(source, at[:, :-1], n[:, :-1], values["gain"])
+        every, position, turn = _along(path, np.array(numbers("place", chosen["place"], 3)), times)
+        columns["time_s"] = np.tile(every[:, -1], len(mounts))
+    parts = [_coil_at(source, position, turn, mount, values["gain"] * mount.gain) for mount in mounts.values()]
+    true = np.concatenate([one[2] for one in parts])
     sigma = np.sqrt(np.mean(true**2, axis=1)) * 10 ** (-values["snr_db"] / 20)
     measured = true + sigma[:, None] * rng.normal(size=true.shape)
-    contents = {out: _table(source, time_s, position, axis, measured, sigma)}
+    if body:
+        at = wxyz(turn).reshape(*position.shape[:2], 4)[:, -1]
+        columns |= {"sensor": np.repeat(list(mounts), len(position)), "x_m,y_m,z_m": np.tile(position[:, -1], (len(mounts), 1)), "qw,qx,qy,qz": np.tile(at, (len(mounts), 1))}
+    else:
+        columns |= {"x_m,y_m,z_m": parts[0][0], "nx,ny,nz": parts[0][1]}
+    contents = {out: _table(source, columns | {"sigma": sigma}, measured)}
     if save is not None:
         contents[save] = to_toml(source)
     write_all(contents)

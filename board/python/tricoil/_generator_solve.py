@@ -10,6 +10,7 @@ from ._dynamic import number
 from ._generator import Generator, read_generator
 from ._generator_motion import generator_motion_error
 from ._output_file import refuse_input_as_output, write_whole
+from ._poses import refuse_others
 from ._single_coil import ENDS, solve_5dof
 from ._truth_command import numbers
 
@@ -132,8 +133,10 @@ def json_lines(frames, rows, error) -> str:
     return "\n".join(lines) + "\n"
 
 
-def run(files, generator=None, out=None, gain=None, sigma=None, side=None, follow=False, without=None, slot_s=None):
-    """Result as `--json` prints it, and the rows of solve_5dof(). Raises ValueError, OSError."""
+def run(files, generator=None, out=None, gain=None, sigma=None, side=None, follow=False, without=None, slot_s=None, body=False):
+    """Result as `--json` prints it, and the rows of solve_5dof(), or with body those of solve_6dof(). Raises ValueError, OSError."""
+    if body:
+        refuse_others({name: one for name, one in (("gain", gain), ("slot_s", slot_s)) if one is not None}, (), "not with --body, whose coils have the gains of the calibration")
     if generator is None:
         raise ValueError("--generator FILE is needed: the file of tricoil generator calibrate or simulate")
     refuse_input_as_output({"--out": out}, [*files, generator])
@@ -145,8 +148,12 @@ def run(files, generator=None, out=None, gain=None, sigma=None, side=None, follo
     tables.refuse_silent(couplings[:, used], np.array(coils.names)[used], frames.sigma, where, "; leave it out with --without")
     if not (abs(couplings[:, used]).max(axis=1) > 0).all():
         raise ValueError(f"{where}: row {int(np.argmin(abs(couplings[:, used]).max(axis=1) > 0)) + 1}: all couplings are zero: is the sensor coil connected?")
-    noise = _sigma(sigma, frames, coils, where)
-    rows = _solved(frames, coils, couplings, noise, known, {"side": towards, "used": used, "follow": bool(follow)})
+    noise, options = _sigma(sigma, frames, coils, where), {"side": towards, "used": used, "follow": bool(follow)}
+    if body:
+        from . import _generator_body
+
+        return _generator_body.solved(frames, coils, couplings, noise, options, out, where)
+    rows = _solved(frames, coils, couplings, noise, known, options)
     is_good = rows["end"] == 0
     counts = {name: int((rows["end"] == n).sum()) for n, name in enumerate(ENDS)}
     truth = _truth(frames, coils, where)
@@ -169,6 +176,10 @@ def run(files, generator=None, out=None, gain=None, sigma=None, side=None, follo
 
 def text(r: dict) -> str:
     """The result as lines."""
+    if "sensors" in r:
+        from . import _generator_body
+
+        return _generator_body.text(r)
     lines = [f"{r['solved']} of {r['poses']} poses solved; {ROLL}"]
     lines += [f"  {r[name]} {name.replace('_', ' ')}" for name in ENDS[1:] if r[name]]
     if r["position_std_m"] is not None:
