@@ -109,7 +109,7 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     const CalibrationFit& fit = converters.coils;
     describe_fit(fit, command, report);
     files = std::move(measured);
-    (void)correct_converters(files, converters.errors);
+    correct_converters(files, converters.errors);
     correct_files(fit, files);
     const Mat3<double> phase_rad = remove_own_phases(files);  // of the channels: not before the order of the couplings is known
     for (const auto& [path, wiring] : fit.wiring) {
