@@ -119,7 +119,7 @@ double error_mm(const CalibrationFit& fit, const PoseFile& file) {
 
 PoseFile corrected(const PoseFile& file, const signal::ConverterErrors& errors) {
     std::vector<PoseFile> files{file};
-    (void)correct_converters(files, errors);
+    correct_converters(files, errors);
     return files[0];
 }
 

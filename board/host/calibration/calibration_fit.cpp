@@ -15,6 +15,7 @@
 #include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fit_quality.hpp"
+#include "board/host/calibration/fixture_groups.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/pose_residual.hpp"
 #include "board/host/calibration/pose_set.hpp"
@@ -28,50 +29,6 @@ constexpr double kStrayField_per_m3 = 1;  // expected size of a stray field, in 
 constexpr double kScaleError = 1e-6;
 constexpr int kPriorRows = kStage + 2;
 constexpr double kNameTolerance_deg = 15;  // largest angle between a start rotation and the fixture's name
-
-std::size_t index_in(std::vector<std::string>& names, const std::string& name) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    const auto index = static_cast<std::size_t>(found - names.begin());
-    if (found == names.end()) {
-        names.push_back(name);
-    }
-    return index;
-}
-
-Mat3<double> named_rotation(const std::string& name) {
-    const auto rotation = rotation_of_fixture(name);
-    if (!rotation) {
-        throw InputError(
-            fmt::format("the name of sensor fixture '{}' gives no directions such as YoutZup; "
-                        "rename the file, or leave out --fixtures named",
-                        name));
-    }
-    return *rotation;
-}
-
-/// Files grouped by their fixtures.
-struct FixtureGroups {
-    /// Throws InputError with FixtureModel::named if the name of a sensor fixture contains no directions.
-    FixtureGroups(const std::vector<PoseFile>& files, FixtureModel model) {
-        for (const PoseFile& file : files) {
-            source_index.push_back(index_in(source_names, source_fixture_name(file)));
-            sensor_index.push_back(index_in(sensor_names, sensor_fixture_name(file)));
-        }
-        for (const std::string& name : sensor_names) {
-            named.push_back(model == FixtureModel::named ? named_rotation(name) : Mat3<double>::Identity());
-        }
-    }
-
-    std::vector<std::string> source_names, sensor_names;
-    std::vector<std::size_t> source_index, sensor_index;  // by file
-    std::vector<Mat3<double>> named;                      // rotation of each sensor fixture by its name, else identity
-};
-
-/// Files of the other source fixtures.
-std::vector<PoseFile> without(std::vector<PoseFile> files, const std::string& source) {
-    std::erase_if(files, [&](const PoseFile& file) { return source_fixture_name(file) == source; });
-    return files;
-}
 
 class Fit;
 /// Fits of the files of one source fixture alone, by its name. They start every fit with several fixtures.
@@ -95,11 +52,31 @@ public:
         for (int round = 0; round < 3 && fits_stage_; ++round) {
             solve(options_.model, loss_m_);
         }
-        fits_pick_up_ = options_.finds_pick_up;
-        for (int round = 0; round < 3 && fits_pick_up_; ++round) {
-            solve(options_.model, loss_m_);
-        }
         return result();
+    }
+
+    /// Continues the fit after run(), which gave `plain`, with pick-up. Returns `plain` if the pick-up is not significant.
+    CalibrationFit with_pick_up(const CalibrationFit& plain) {
+        constexpr double kClearly = 0.8;
+        constexpr double kSignificant = 3;
+        constexpr std::size_t kFewest = 18;
+        if (plain.poses < kFewest) {
+            return plain;
+        }
+        fits_pick_up_ = true;
+        try {
+            for (int round = 0; round < 3; ++round) {
+                solve(options_.model, loss_m_);
+            }
+            CalibrationFit with = result();
+            check();
+            if (with.residual_rms < kClearly * plain.residual_rms &&
+                with.pick_up.norm() > 3 * kSignificant * with.pick_up_sigma) {
+                return with;
+            }
+        } catch (const InputError&) {  // the poses do not determine it
+        }
+        return plain;
     }
 
     /// After run(): throws InputError for residuals of a file that does not belong to the set.
@@ -426,7 +403,8 @@ private:
         fit.poses = count_poses(files_);
         residuals_ = residuals_by_file(fit);
         set_residuals(residuals_, options_.model, fit);
-        check_parameters(parameter_estimate(), fit);
+        const ParameterEstimate linear = parameter_estimate();
+        fit.errors = coil_errors(check_parameters(linear, fit), linear.jacobian, pose_effects(fit.model));
         fit.pick_up_sigma *= coupling_constant_;
         check_fixture_names(fixtures_.sensor_names, fit);
         for (std::size_t f = 0; f < files_.size(); ++f) {
@@ -456,6 +434,19 @@ private:
             files.push_back(file);
         }
         return files;
+    }
+
+    [[nodiscard]] std::vector<PoseEffect> pose_effects(const field::GeneralDipole<double>& model) const {
+        std::vector<PoseEffect> effects;
+        for (std::size_t f = 0; f < files_.size(); ++f) {
+            for (const MeasuredPose& pose : files_[f].poses) {
+                const auto at = current_pose(fixtures_.source_index[f], fixtures_.sensor_index[f], pose);
+                const auto weight = pose_weight(model, at, metres_per_coupling(pose.x, coupling_constant_));
+                const Mat3<double> o = at.q_source_sensor.toRotationMatrix().transpose();
+                effects.push_back({at.position_m, weight * field::signal_model<double>(model, at.position_m, o).jacobian});
+            }
+        }
+        return effects;
     }
 
     ParameterEstimate parameter_estimate() {
@@ -506,7 +497,7 @@ void correct_files(const CalibrationFit& fit, std::vector<PoseFile>& files) {
 
 namespace {
 
-CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options, FitsAlone& alone) {
+CalibrationFit fit_calibration(const std::vector<PoseFile>& files, FitOptions options, FitsAlone& alone) {
     constexpr double kClearly = 1.25;
     constexpr double kExact = 1e-6;     // smaller residuals are equal
     constexpr std::size_t kFewest = 3;  // two mountings of the source fit each other almost always
@@ -534,8 +525,9 @@ CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOpti
     }
     if (worst.empty()) {
         all.check();
-        return with_all;
+        return options.finds_pick_up ? all.with_pick_up(with_all) : with_all;
     }
+    options.finds_pick_up = false;  // only if all mountings fit each other
     CalibrationFit fit = fit_calibration(without(files, worst), options, alone);
     for (const PoseFile& file : files) {
         if (source_fixture_name(file) == worst) {
@@ -551,28 +543,8 @@ CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOpti
 }  // namespace
 
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options) {
-    constexpr double kClearly = 0.8;
-    constexpr double kSignificant = 3;
-    constexpr std::size_t kFewest = 18;
     FitsAlone alone;
-    FitOptions plain = options;
-    plain.finds_pick_up = false;
-    CalibrationFit without = fit_calibration(files, plain, alone);
-    if (options.finds_pick_up && without.poses >= kFewest && without.wiring.size() == files.size()) {
-        FitOptions again = options;
-        again.progress = {};
-        Fit fit(files, again, alone);
-        try {
-            CalibrationFit with = fit.run();
-            fit.check();
-            if (with.residual_rms < kClearly * without.residual_rms &&
-                with.pick_up.norm() > 3 * kSignificant * with.pick_up_sigma) {
-                return with;
-            }
-        } catch (const InputError&) {  // the poses do not determine it
-        }
-    }
-    return without;
+    return fit_calibration(files, options, alone);
 }
 
 }  // namespace tricoil::host

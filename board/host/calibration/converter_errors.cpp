@@ -299,7 +299,7 @@ ConverterFit fit_converters(std::vector<PoseFile>& files, FitOptions options) {
     for (int round = 0; round < kRounds; ++round) {
         fit.errors = errors_of(equations_of(measured, fit.coils));
         files = measured;
-        (void)correct_converters(files, fit.errors);
+        correct_converters(files, fit.errors);
         fit.coils = fit_coils();
     }
     fit.non_linearity_lsb = non_linearity(files, fit.errors) / kLsb;

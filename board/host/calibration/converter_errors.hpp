@@ -29,13 +29,21 @@ void refuse_mixed_levels(const LevelCount& count, const signal::ConverterErrors&
 /// Corrects the couplings as a board does that stores these errors. Couplings without known levels are taken as corrected.
 void correct_converters(CouplingFrame& couplings, const signal::ConverterErrors& errors);
 
-/// The same for each row of for_each_row(). Counts the levels. Throws InputError like refuse_mixed_levels().
+/// The same for each row of for_each_row().
 template <typename Rows>
-LevelCount correct_converters(Rows& rows, const signal::ConverterErrors& errors) {
+void correct_converters(Rows& rows, const signal::ConverterErrors& errors) {
+    for_each_row(rows, [&](CouplingFrame& row) { correct_converters(row, errors); });
+}
+
+/// Removes stored errors of the board's converters, the pick-up and the phases of the coils. Returns the numbers of rows with and
+/// without levels. Throws InputError like refuse_mixed_levels().
+template <typename Rows>
+LevelCount correct_board(Rows& rows, const calibration::Calibration<double>& stored) {
     LevelCount count;
     for_each_row(rows, [&](const CouplingFrame& row) { count.add(row); });
-    refuse_mixed_levels(count, errors);
-    for_each_row(rows, [&](CouplingFrame& row) { correct_converters(row, errors); });
+    refuse_mixed_levels(count, stored.converters);
+    correct_converters(rows, stored.converters);
+    remove_phases_of(rows, stored);
     return count;
 }
 

@@ -7,12 +7,12 @@
 
 #include "board/host/commands/calibrations.hpp"
 #include "board/host/commands/commands.hpp"
-#include "board/host/commands/hemisphere_option.hpp"
 #include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
 #include "core/calibration/blob.hpp"
+#include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -194,7 +194,13 @@ CLI::Option* add_nodes(CLI::App* kind, std::optional<GridSize>& nodes) {
 
 CLI::Option* add_hemisphere(CLI::App* kind, std::optional<Vec3<double>>& hemisphere) {
     return vector_xyz(kind->add_option_function<std::vector<double>>(
-        "--hemisphere", [&hemisphere](const std::vector<double>& given) { hemisphere = hemisphere_of(given); },
+        "--hemisphere",
+        [&hemisphere](const std::vector<double>& given) {
+            const Vec3<double> direction(given.at(0), given.at(1), given.at(2));
+            refuse_if(!tracking::is_hemisphere(direction) || direction.isZero(0),
+                      "--hemisphere must be a direction: three finite numbers, not all zero");
+            hemisphere = direction;
+        },
         "Direction to the half space of most positions, source frame (default 1,0,0)"));
 }
 

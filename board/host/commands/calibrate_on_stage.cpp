@@ -109,7 +109,7 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     const CalibrationFit& fit = converters.coils;
     describe_fit(fit, command, report);
     files = std::move(measured);
-    (void)correct_converters(files, converters.errors);
+    correct_converters(files, converters.errors);
     correct_files(fit, files);
     const Mat3<double> phase_rad = remove_own_phases(files);  // of the channels: not before the order of the couplings is known
     for (const auto& [path, wiring] : fit.wiring) {
@@ -127,6 +127,7 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     file.calibration.pick_up = stored.pick_up.is_none() ? measured_pick_up(fit, phase_rad) : stored.pick_up;
     for_each_row(files, [&](MeasuredPose& pose) { pose.x -= fit.pick_up; });
     file.calibration.model = fit.model;
+    file.calibration.errors = fit.errors;
     file.model = to_string(options.model);
     file.source_stage = fit.source_stage;
     file.mount_sensor = fit.mount_sensor;

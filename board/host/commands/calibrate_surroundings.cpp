@@ -39,14 +39,12 @@ SurroundingsData read_data(const SurroundingsCommand& command, const Calibration
         check_spacing(1e-3 * *command.spacing_mm);
         const auto& known = coils.calibration.hemisphere;
         auto frames = read_grids(command.files.data, command.nodes, read_wiring(command.files.wiring));
-        result["unknown_levels"] = correct_converters(frames, coils.calibration.converters).unknown;
-        remove_phases_of(frames, coils.calibration);
+        result["unknown_levels"] = correct_board(frames, coils.calibration).unknown;
         return data_on_grid(coils, frames, 1e-3 * *command.spacing_mm,
                             known.isZero(0) ? command.hemisphere.value_or(Vec3<double>::UnitX()) : known);
     }
     auto files = read_pose_files(command.files.data, {}, read_wiring(command.files.wiring));
-    result["unknown_levels"] = correct_converters(files, coils.calibration.converters).unknown;
-    remove_phases_of(files, coils.calibration);
+    result["unknown_levels"] = correct_board(files, coils.calibration).unknown;
     return command.refit_fixtures ? data_at_unknown_fixtures(coils, std::move(files))
                                   : data_at_known_fixtures(coils, std::move(files));
 }

@@ -79,16 +79,6 @@ void add_fixture_names(CLI::App* kind, std::vector<std::string>& names);
 /// file has none.
 calibration::Calibration<double> stored_board(const CalibrationFiles& files);
 
-/// Removes stored errors of the board from couplings. Returns the number of rows with and without levels.
-template <typename Rows>
-LevelCount correct_board(Rows& rows, const calibration::Calibration<double>& stored) {
-    const LevelCount levels = correct_converters(rows, stored.converters);
-    calibration::Calibration<double> board;
-    board.pick_up = stored.pick_up;
-    remove_phases_of(rows, board);
-    return levels;
-}
-
 /// Makes the calibration, writes its files when all are complete, and prints the result. Returns the exit code.
 int run_calibration(const CalibrationFiles& files, const std::function<CalibrationFile(CalibrationReport&)>& fit,
                     std::string (*text)(const Json&));

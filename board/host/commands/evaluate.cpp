@@ -261,8 +261,7 @@ int evaluate_command(const EvaluateCommand& command) {
     refuse_if(solver == EvaluationSolver::direct && !calibration.surroundings.empty(),
               "--solver direct: does not use the surroundings of the calibration; use refined");
     auto files = read_pose_files(command.data, command.fixture_names, read_wiring(command.wiring));
-    (void)correct_converters(files, calibration.calibration.converters);
-    remove_phases_of(files, calibration.calibration);
+    (void)correct_board(files, calibration.calibration);
     refuse_if(calibration.source_stage.empty() && !command.refit_fixtures,
               "{}: has no fixtures (not calibrated on a stage); use --refit-fixtures", command.calibration);
     const std::string stage_errors = choose_stage_errors(command, calibration);
