@@ -10,6 +10,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/output_file.hpp"
+#include "board/support/python_part.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 #include "drivers/posix/poll.hpp"
 
@@ -20,6 +21,10 @@ constexpr Microseconds kClientSilence{5'000'000};  // then a waiting client repl
 
 /// Not a regular file: a pipe or a terminal, which are read as they come.
 drivers::FileDescriptor open_file(const std::string& name, const std::string& path, bool& is_live) {
+    if (drivers::FileDescriptor table = host::plain_text_of(path); table.is_open()) {
+        is_live = ::lseek(table.get(), 0, SEEK_SET) != 0;
+        return table;
+    }
     drivers::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
     struct stat status {};
     const char* const reason = !file.is_open() || ::fstat(file.get(), &status) != 0 ? std::strerror(errno) : "is a folder";

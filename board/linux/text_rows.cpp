@@ -168,6 +168,13 @@ std::optional<TextFrame> TextRows::parse(std::string_view line) {
     if (std::any_of(fields.begin(), fields.end(), [](std::string_view field) { return index_of(field) >= 0; })) {
         columns_.resize(fields.size());
         std::transform(fields.begin(), fields.end(), columns_.begin(), index_of);
+        for (const int column : columns_) {
+            if (column >= 0 && std::count(columns_.begin(), columns_.end(), column) > 1) {
+                columns_.clear();
+                throw host::InputError(
+                    fmt::format("more than one column {}", column < kKind ? kNames[static_cast<std::size_t>(column)] : "kind"));
+            }
+        }
         return std::nullopt;
     }
     if (columns_.empty()) {

@@ -17,6 +17,7 @@ namespace {
 
 constexpr Microseconds kShortestSilence{150'000};
 constexpr Microseconds kMostBetweenStamps{3'600'000'000};  // one may be wrong
+constexpr double kRestartUs = -1e6;                        // of the clock of a device
 constexpr int kSilentFrames = 3;
 constexpr Microseconds kNoticeAfter{1'000'000};
 constexpr int kMostLines = 256;  // per step, so that a flood does not delay signals
@@ -148,6 +149,11 @@ void TextSource::take_frame(const TextFrame& frame) {
                     "no sigma: add ,sigma=S to the name of the source, the standard deviation of a coupling");
     host::refuse_if(!frame.time_us && !(frame.coils > 1 && name_.rate_hz),
                     "no time: needs time_us or time_s, or couplings x11 to x33 with the key ,rate_hz=R");
+    if (frame.time_us) {
+        const double step_us = *frame.time_us - std::exchange(streams_[frame.sensor].last_us, frame.time_us).value_or(-1e300);
+        host::refuse_if((step_us < 0 || (step_us == 0 && frame.coils > 1)) && !(is_live() && step_us < kRestartUs),
+                        "time {} us is not later than that of the line before", *frame.time_us);
+    }
     if (has_begun_) {
         track(frame);
         return;

@@ -78,6 +78,7 @@ private:
     struct Stream {
         std::uint32_t frames = 0;
         std::optional<DeviceTime> newest;
+        std::optional<double> last_us;  // of the lines
         HostTime arrival;
         std::optional<Vec3<double>> wanted_hemisphere;  // set before the first line
     };

@@ -7,10 +7,10 @@
 
 namespace tricoil::host {
 
-LineReader::LineReader(const std::string& path) : path_(path) {
+LineReader::LineReader(const std::string& path, const std::string& text) : path_(path) {
     std::error_code error;
     refuse_if(std::filesystem::is_directory(path, error), "{}: is a folder; name a file", path);
-    const std::string place = path == "-" ? "/dev/stdin" : path;
+    const std::string place = !text.empty() ? text : path == "-" ? "/dev/stdin" : path;
     file_.open(place, std::ios::binary);
     if (!file_) {
         throw InputError(path + ": cannot be opened; check the path and its permissions");

@@ -11,15 +11,14 @@
 namespace tricoil::host {
 
 /// What to do about a file that is no text.
-inline constexpr const char* kNeedsText =
-    "a text file is needed; the Python package reads NumPy files, and MAT files before version 7.3 (tricoil.command)";
+inline constexpr const char* kNeedsText = "a text file is needed (UTF-16 with its byte-order mark), or a NumPy or MAT file";
 
 class LineReader {
 public:
     static constexpr std::size_t kLongestLine = std::size_t{1} << 20U;
 
-    /// Throws InputError, naming the path, if it is a folder or cannot be opened. "-": standard input.
-    explicit LineReader(const std::string& path);
+    /// Throws InputError, naming the path, if it is a folder or cannot be opened. "-": standard input. `text`: file of its text.
+    explicit LineReader(const std::string& path, const std::string& text = "");
 
     /// The next line, without its line feed; false at the end. Throws ReadError if the disk or device fails, InputError for a
     /// line that is longer than kLongestLine or has a zero byte.

@@ -4,8 +4,20 @@
 #include <cmath>
 
 #include "board/support/errors.hpp"
+#include "board/support/python_part.hpp"
 
 namespace tricoil::host {
+
+namespace {
+
+LineReader lines_of(const std::string& path) {
+    const drivers::FileDescriptor table = plain_text_of(path);
+    return LineReader(path, table.is_open() ? fmt::format("/proc/self/fd/{}", table.get()) : "");
+}
+
+}  // namespace
+
+Table::Table(const std::string& path) : Table(lines_of(path)) {}
 
 Table::Table(LineReader lines) : lines_(std::move(lines)) {
     refuse_if(!read_row(), "{}: is empty; a table is needed", path());

@@ -22,8 +22,8 @@ constexpr std::string_view kOfCoilsComment = "# wiring corrected";
 /// by row. All functions throw InputError that names file and line.
 class Table {
 public:
-    /// Reads to the end of the first row. Throws also if there is none.
-    explicit Table(const std::string& path) : Table(LineReader(path)) {}
+    /// Reads to the end of the first row. Throws also if there is none, and like plain_text_of().
+    explicit Table(const std::string& path);
     explicit Table(LineReader lines);
     Table(const Table&) = delete;
     Table& operator=(const Table&) = delete;

@@ -97,6 +97,14 @@ TEST_F(Plot, WritesPngAndNamesTheFile) {
     EXPECT_TRUE(fs::remove(kTake + ".svg"));
 }
 
+/// As for every command: a byte-order mark, comments, semicolons and decimal commas.
+TEST_F(Plot, ATableOfASpreadsheetIsDrawn) {
+    const std::string plain = write_file("plain_table.csv", "time_s,valid,x_m,y_m,z_m\n1,1,0.5,0,0\n2,0,,,\n3,1,0.25,0.1,0\n");
+    const std::string other = write_file(
+        "other.csv", "\xEF\xBB\xBF# session 3\nz_m;y_m;x_m;valid;time_s\n\n0;0;0,5;1;1\n;;;0;2\n0;0,1;0,25;1;3\n;;;;\n");
+    EXPECT_EQ(svg_of(other), svg_of(plain));
+}
+
 TEST_F(Plot, OnePoseWithoutFlagsIsAPicture) {
     const std::string path = write_file("one.csv", "time_s,x_m,y_m,z_m\n1,0,0,0\n2,0.1,0,0\n");
     EXPECT_THAT(svg_of(path), HasSubstr("none"));
@@ -109,11 +117,14 @@ TEST_F(Plot, BadInputIsNamed) {
         expect_plot_refused(path + " --out " + out, path + what);
         EXPECT_FALSE(fs::exists(out));
     };
-    refuse("time_s,x_ft,y_ft,z_ft\n0,1,2,3\n", ":1: no column x_m; poses have x_m, y_m and z_m, or mm, cm or in instead of m");
-    refuse("time_s,x_mm,y_m,z_m\n0,1,2,3\n", ":2: y_mm is missing; give the file of run --out");
-    refuse("x_m,y_m,z_m\n1,2,3\n", ":2: time_s is missing");
-    refuse("time_s,x_m,y_m,z_m\n0,1,2\n", ":2: 3 fields; the header has 4");
-    refuse("time_s,x_m,y_m,z_m\n0,1,2,x\n", ":2: 'x' is not a number");
+    refuse("time_s,x_ft,y_ft,z_ft\n0,1,2,3\n",
+           ":1: no column x_m; the header must have time_s or time_us, x_m, y_m and z_m, or mm, cm or in instead");
+    refuse("time_s,x_mm,y_m,z_m\n0,1,2,3\n", ":1: no column y_mm; the header must have");
+    refuse("x_m,y_m,z_m\n1,2,3\n", ":1: no column time_s; the header must have");
+    refuse("time_s,x_m,y_m,z_m\n0,1,2\n", ":2: 3 columns; 4 are needed, as in line 1");
+    refuse("time_s,x_m,y_m,z_m\n0,1,2,x\n", ":2: z_m: 'x' is not a number");
+    refuse("time_s,x_m,y_m,z_m\n0,1,2,\n", ":2: z_m is missing");
+    refuse("time_s,x_m,y_m,z_m\n0,1,2,nan\n", ":2: z_m: nan is not finite; remove or repair the line");
     refuse("time_s,valid,x_m,y_m,z_m\n0,0,1,2,3\n", ": has no valid pose to draw");
     refuse("time_s,flags,x_m,y_m,z_m\n0,65535,1,2,3\n", ":2: 65535 has unknown flags");
     refuse("time_s,sensor,x_m,y_m,z_m\n0,9,1,2,3\n", ":2: sensor 9 must be 0 to 3");

@@ -1,7 +1,9 @@
 """NumPy and MATLAB files wherever a table is taken: the same result as from text."""
 
 import importlib.util
+import os
 import random
+import subprocess
 import unittest
 
 import numpy as np
@@ -9,6 +11,7 @@ from folder_case import FolderCase
 import tricoil
 from test_demodulate import CARRIERS_HZ, RATE_HZ, at_once
 from tricoil._array_file import arrays_of, table_of
+from tricoil._band_files import read_band
 
 HAS_SCIPY = importlib.util.find_spec("scipy") is not None
 COUNT = 40
@@ -72,6 +75,47 @@ class Arrays(FolderCase):
                 np.save(paths[-1], X)
             for path in paths:
                 np.testing.assert_allclose(read(path), expected, rtol=1e-12, atol=1e-15, err_msg=f"{name} {path}")
+
+    def test_generator_bands_and_pictures(self):
+        generator = tricoil.planar_generator(8)
+        axis = np.tile([0.0, 0.6, 0.8], (COUNT, 1))
+        coils = {name: column for name, column in zip(generator.names, generator.couplings(POSITION_M, axis, 2.0).T)}
+        for path in self.files({"position_m": POSITION_M, "axis": axis, **coils}):
+            result = tricoil.command("generator calibrate", path, model="dipole", out=self.path("calibrated.toml"))
+            self.assertEqual((result["coils"], result["residual"] < 1e-6), (8, True), path)
+        for path in self.files({"x": X}):
+            np.testing.assert_allclose(read_band(path), X.transpose(0, 2, 1).reshape(-1, 9), rtol=1e-12, err_msg=path)
+        for path in self.files(ARRAYS):
+            self.assertEqual(tricoil.command("plot", path, out=self.path("a.svg"))["poses"], COUNT, path)
+
+    def test_the_program_reads_them(self):
+        """The same text and exit code, whatever the file is; messages name the file."""
+        program = os.environ["TRICOIL_PROGRAM"]
+        x = np.array([tricoil.couplings((0.4 + 0.001 * n, 0.1, 0.1), (1, 0, 0, 0)) for n in range(COUNT)])
+        path_of_hand = np.tile(np.eye(4), (COUNT, 1, 1))
+        path_of_hand[:, :3, 3] = np.linspace(0.3, 0.4, COUNT)[:, None]
+        out, folder = self.path("out.toml"), self.path("table.csv")
+        cases = (({"time_us": 10_000.0 * np.arange(COUNT), "x": X}, ["calibrate", "free-motion", "--json", "--out", out, "FILE"]),
+                 ({"time_us": 10_000.0 * np.arange(COUNT), "x": x}, ["run", "--device", "couplings:FILE,sigma=1e-6", "--hemisphere", "1,0,0", "--out", "-"]),
+                 ({"matrix": path_of_hand}, ["run", "--trajectory", "FILE", "--out", "-"]))
+        for arrays, words in cases:
+            paths = self.files(arrays)
+            with open(paths[0], "rb") as file, open(folder, "wb") as table:
+                table.write(table_of(file.read(), paths[0]))
+            done = [subprocess.run([program, "-q", *(word.replace("FILE", path) for word in words)], capture_output=True, text=True, check=False) for path in (folder, *paths)]
+            self.assertEqual(done[0].returncode, 0, done[0].stderr)
+            for path, one in zip(paths, done[1:]):
+                self.assertEqual(one.returncode, 0, one.stderr)
+                self.assertEqual(one.stdout.replace(path, folder), done[0].stdout, path)
+        path = self.path("new.mat")
+        for data, message in ((b"MATLAB 7.3 MAT-file, Platform" + bytes(600), f"{path}: is a MAT file of version 7.3 (HDF5); save it in MATLAB with -v7"),
+                              (b"MATLAB 5.0 MAT-file".ljust(126) + b"IM" + bytes([14, 0, 0, 0, 99]), f"{path}: the file is damaged")):
+            with open(path, "wb") as file:
+                file.write(data)
+            for words in (["calibrate", "free-motion", "--out", out, path], ["run", "--device", f"couplings:{path}"]):
+                done = subprocess.run([program, *words], capture_output=True, text=True, check=False)
+                self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+                self.assertIn(message, done.stderr)
 
     def test_names_of_columns(self):
         for path in self.files(ARRAYS):

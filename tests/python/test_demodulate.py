@@ -254,6 +254,26 @@ class Files(unittest.TestCase):
             np.testing.assert_allclose(found["mean"], expected, atol=tolerance)
             self.assertEqual(found["rate_hz"], 1000)
 
+    def test_wav_files_of_more_than_4_gb(self):
+        """RF64: the length stands in another chunk; what follows the samples is none."""
+        values = at_once()
+        plain = wav(values, 16, length=0xFFFFFFFF)
+        sizes = b"ds64" + struct.pack("<IQQQI", 28, 0, 8 * len(values), len(values), 0)
+        long = b"RF64" + plain[4:12] + sizes + plain[12:] + b"LIST" + struct.pack("<I", 4) + bytes(4)
+        found = tricoil.demodulate(self.file(long), CARRIERS_HZ, reference=4)
+        self.assertEqual(found["mean"], tricoil.demodulate(self.file(wav(values, 16)), CARRIERS_HZ, reference=4)["mean"])
+        with self.assertRaisesRegex(ValueError, "before the length in its header"):
+            tricoil.demodulate(self.file(long[:-60]), CARRIERS_HZ, reference=4)
+
+    def test_captures_that_are_no_wav_or_ambiguous(self):
+        for data, message in ((b"fLaC" + bytes(99), "is a file of FLAC; write WAV"), (b"FORM\0\0\0dAIFF" + bytes(99), "is a file of AIFF; write WAV"),
+                              ("V,V,V,A\n1,2,3,4\n", "more than one column V; select columns by number"),
+                              ("a,b\n1,2\n".encode("utf-16-le"), "binary data; a text file is needed .UTF-16 with its byte-order mark")):
+            with self.assertRaisesRegex(ValueError, message):
+                tricoil.demodulate(self.file(data), CARRIERS_HZ, rate_hz=RATE_HZ)
+        found = tricoil.demodulate(self.file("V,V,V,A\n" + table(at_once(), ",")), CARRIERS_HZ, rate_hz=RATE_HZ, columns=(1, 2, 3, 4), reference=4)
+        self.assertTrue(found["sensor_present"])
+
     def test_wav_samples_come_in_parts_of_any_length(self):
         values = at_once(50)
         for bits, length in ((16, None), (24, 0), (32, 0xFFFFFFFF)):

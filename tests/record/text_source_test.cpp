@@ -238,8 +238,11 @@ TEST(TextSource, AWrongLineOfAFileIsNamed) {
              {"0,1,0.1,0.2,0.3,1e-6\n", ":1: '0,1,0.1,0.2,0.3,1e-6': neither a JSON object nor names"},
              {names + "0,0,0.1,0.2,0.3,1e-6\n", ":2: state 0: must be a whole number from 1 to 3"},
              {names + "0,1,0.1,,0.3,1e-6\n", ":2: no couplings"},
-             {std::string("PK\3\4\24\0\0", 7) + "x11\n", ":1: binary data; a text file is needed"},
+             {std::string("\177ELF\0\0", 6) + "x11\n", ":1: binary data; a text file is needed"},
+             {std::string("PK\3\4\24\0\0", 7) + "x11\n", "text_wrong: the file is damaged"},
              {"state,in_phase_1,in_phase_2,in_phase_3,sigma\n1,1,1,1,1\n", ":2: no time"},
+             {"time_us,state,in_phase_1,in_phase_1,in_phase_3\n0,1,1,1,1\n", ":1: more than one column in_phase_1"},
+             {names + "9,1,0.1,0.2,0.3,1e-6\n8,2,0.1,0.2,0.3,1e-6\n", ":3: time 8 us is not later than that of the line before"},
              {"time_us,state,in_phase_1,in_phase_2,in_phase_3\n0,1,1,1,1\n", ":2: no sigma: add ,sigma=S"},
              {names + "0,1,0.1,0.2,0.3,1e-6\n{\"time_us\"", ":3: is not a JSON object"}}) {
         const auto result = tricoil("run --device columns:" + write_file("text_wrong", content));
@@ -348,7 +351,8 @@ TEST(TextSource, OneEarlyLineDoesNotSetTheTiming) {
 TEST(TextSource, AGapInAPipeIsNoShortTime) {
     std::string late = resting(240, 30);
     for (std::size_t at = 0; (at = late.find("\"time_us\":", at)) != std::string::npos; at += 12) {
-        late.insert(at + 10, "100");  // 100... us: at least 100 s later, in order of their digits
+        const std::size_t digits = late.find_first_of(",}", at) - at - 10;
+        late.insert(at + 10, "1" + std::string(8 - std::min<std::size_t>(digits, 8), '0'));  // 100 s later
     }
     const std::string file = write_file("text_gap", resting(240, 30) + late);
     const auto by_file = tricoil("run --json --device columns:" + file);

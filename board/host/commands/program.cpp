@@ -14,6 +14,7 @@
 #include "board/host/commands/user_defaults.hpp"
 #include "board/support/components.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/python_part.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
@@ -47,7 +48,6 @@ struct ListedCommand {
 constexpr const char* kServe = "tricoil-serve";
 constexpr const char* kCalibration = "tricoil-calibration";
 constexpr const char* kTools = "tricoil-tools";
-constexpr const char* kPython = "/usr/bin/python3";  // for which the package is built
 
 // In the order of the help.
 constexpr ListedCommand kCommands[] = {
@@ -118,16 +118,6 @@ std::vector<std::string> take_verbosity(std::vector<std::string> words) {
     return words;
 }
 
-/// A file of ../libexec/tricoil from the folder of this executable.
-std::filesystem::path part(const char* name, const std::string& user) {
-    std::error_code failure;
-    const auto own = std::filesystem::read_symlink("/proc/self/exe", failure).parent_path();
-    if (failure) {
-        throw DeviceError(user + ": cannot find the folder of this program: mount /proc");
-    }
-    return (own / (own.filename() == "tricoil" ? "." : "../libexec/tricoil") / name).lexically_normal();
-}
-
 /// Does not return, unless it throws; `missing`: what is wrong if there is no such file.
 int continue_as(const std::filesystem::path& path, const std::string& typed_name, const std::vector<std::string>& arguments,
                 const std::string& missing) {
@@ -164,7 +154,7 @@ int continue_in_python(const CLI::App& command) {
 }
 
 int continue_in_python(const std::string& command, std::vector<std::string> words) {
-    const auto script = part("_program.py", command);
+    const auto script = program_part("_program.py", command);
     if (!std::filesystem::exists(script)) {
         throw DeviceError(fmt::format("{}: {} is not installed; install the package tricoil again", command, script.string()));
     }
@@ -181,7 +171,7 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
         if (named->component) {
             require(*named->component, named->name);
         }
-        const auto path = part(named->executable, named->name);
+        const auto path = program_part(named->executable, named->name);
         return continue_as(
             path, identity.typed_name, arguments,
             fmt::format("{}: {} is not built or not installed; build all of tricoil with cmake --build, or install "

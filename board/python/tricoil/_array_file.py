@@ -15,6 +15,8 @@ ENDINGS = (".npy", ".npz", ".mat")
 NPY, ZIP, MAT, HDF = b"\x93NUMPY", b"PK\x03\x04", b"MATLAB 5.0 MAT-file", (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n\x1a\n")
 FIRST_BYTES = 20  # that tell the format
 WXYZ = ("qw", "qx", "qy", "qz")
+AXIS = ("nx", "ny", "nz")
+POSE = (4, 4)  # homogeneous matrix
 VECTOR = re.compile(r"(position|acc|accel|acceleration|accelerometer|gyr|gyro|gyroscope|angular_rate|angular_velocity|omega)(_\w+)?")  # and its unit
 MATRICES = {"x": "x", "couplings": "x", "signal_matrix": "x", "q": "q", "quadrature": "q"}
 
@@ -64,6 +66,8 @@ def _names(name, shape):
     if shape == (3,) and (vector := VECTOR.fullmatch(name)):
         kind, unit = vector.groups(default="")
         return [f"{axis}{unit}" if kind == "position" else f"{kind}_{axis}{unit}" for axis in "xyz"]
+    if name == "axis" and shape == (3,):
+        return list(AXIS)
     if name in ("q_wxyz", "quaternion_wxyz") and shape == (4,):
         return list(WXYZ)
     if name in MATRICES and shape == (3, 3):
@@ -73,8 +77,12 @@ def _names(name, shape):
 
 def table_of(data: bytes, path: str) -> bytes:
     """The same as a table with commas. Arrays with the most rows are its columns: time_us (N,), position_m, acc_m_s2 and gyr_rad_s (N, 3),
-    q_wxyz (N, 4) and matrices (N, 3, 3), or (3, 3, N) of MATLAB, by these names, or without a name; others (N, K) as name1 to nameK."""
+    q_wxyz (N, 4), axis (N, 3) and matrices (N, 3, 3), or (3, 3, N) of MATLAB, by these names, or without a name; others (N, K) as name1 to
+    nameK. Homogeneous matrices (N, 4, 4) become rows of four numbers."""
     arrays = arrays_of(data, path)
+    largest = max(arrays.values(), key=lambda array: array.size)
+    if largest.ndim == 3 and POSE in (largest.shape[1:], largest.shape[:2]):
+        arrays = {"": (largest if largest.shape[1:] == POSE else np.moveaxis(largest, -1, 0)).reshape(-1, 4)}
     if arrays.keys() == {""} and arrays[""].shape[1:] == (3, 3):
         arrays = {"x": arrays[""]}
     rows = max(max(array.shape[0], array.shape[-1] if array.shape[:2] == (3, 3) else 0) for array in arrays.values())
@@ -85,6 +93,8 @@ def table_of(data: bytes, path: str) -> bytes:
         of_array = _names(name, array.shape[1:]) if array.shape[0] == rows else []
         names += of_array
         columns += list(array.reshape(rows, -1).T) if of_array else []
+    if not columns:
+        raise ValueError(f"{path}: has no array of two dimensions, or of three as 3 x 3 or 4 x 4 matrices, with the most rows")
     lines = [",".join(names)] if any(arrays) else []
     texts = [[repr(value) for value in (column.astype(int) if column.dtype.kind == "b" else column).tolist()] for column in columns]
     return "\n".join([*lines, *map(",".join, zip(*texts)), ""]).encode()

@@ -17,7 +17,8 @@ COUPLING_UNIT = 2 / 250  # the files' field has no factor 1/2, and couplings are
 LEAST_VOLUME = 1e-3  # of three vectors, relative to the product of their lengths
 FARTHEST_M = 1.0  # coil from the origin of its frame
 COLUMNS = [f"source{j}_sensor{i}" for j in "123" for i in "123"]
-EXPECTED = "source1_sensor1,source1_sensor2,...,source3_sensor3"
+X_COLUMNS = [f"x{i}{j}" for j in "123" for i in "123"]
+EXPECTED = "source1_sensor1,source1_sensor2,...,source3_sensor3, or x11,...,x33 (xij: sensor coil i, source coil j)"
 
 
 def _text(path):
@@ -104,15 +105,16 @@ def read_coils(path: str) -> tuple[Coils, Coils]:
 
 
 def read_band(path: str) -> NDArray:
-    """Couplings (N, 9), real and signed, source coil by source coil, of a table with the header source1_sensor1,source1_sensor2,...,source3_sensor3. Raises
-    ValueError, naming file and line."""
+    """Couplings (N, 9), real and signed, source coil by source coil, of a table with the header source1_sensor1,source1_sensor2,...,source3_sensor3, or
+    x11,...,x33. Raises ValueError, naming file and line."""
     parts = []
     with ByteStream(path) as stream:
-        table = Table(stream, stream.read())
-        for name in COLUMNS:  # also without rows
+        table = Table(stream)
+        names = X_COLUMNS if "x11" in table.names else COLUMNS
+        for name in names:  # also without rows
             table.column(name, EXPECTED)
         while (rows := table.next()) is not None:
-            x = matrices(table, rows, COLUMNS, EXPECTED)
+            x = matrices(table, rows, names, EXPECTED)
             refuse_dead(table, rows, x)
             parts.append(x.reshape(-1, 9))
     if not parts:

@@ -13,6 +13,7 @@ BITS = (8, 31)
 ORDER = ("state", "repeat", "sample")
 NOT_CHANNELS = ("", *ORDER, "time_us", "time_s")
 MOST_REPEATS = 1_000_000
+OTHER_SOUND = {b"fLaC": "FLAC", b"FORM": "AIFF", b"RIFX": "RIFX", b"OggS": "Ogg", b"ID3": "MP3", b"caff": "CAF"}
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
@@ -57,6 +58,9 @@ class Capture:
     def choose(self, columns):
         self.columns = [self._column_of(str(name)) for name in columns] or [n for n, name in enumerate(self.names) if name not in NOT_CHANNELS]
         self.channels = [self.names[n] for n in self.columns]
+        repeated = {name for name in self.channels if self.channels.count(name) > 1}
+        if repeated and not columns:
+            raise ValueError(f"{self.path}: more than one column {min(repeated)}; select columns by number, with --columns")
         if len(self.channels) not in (3, 4):
             raise ValueError(f"{self.path}: {len(self.channels)} channels; three sensor coils are needed, and optionally the reference: "
                              "select them with --columns")
@@ -246,6 +250,9 @@ def open_capture(stream: ByteStream, bits: int = 16, columns=(), follows: bool =
         data = b"".join((data, *iter(stream.read, b"")))
         return ArrayCapture(samples_of(data, stream.path), bits, columns, stream.path)
     text = data.removeprefix(BYTE_ORDER_MARK)
-    capture = WavCapture(stream, text, columns) if text.startswith(b"RIFF") else TableCapture(stream, data, bits, columns)
+    other = next((name for mark, name in OTHER_SOUND.items() if text.startswith(mark)), None)
+    if other:
+        raise ValueError(f"{stream.path}: is a file of {other}; write WAV (PCM)")
+    capture = WavCapture(stream, text, columns) if text.startswith((b"RIFF", b"RF64")) else TableCapture(stream, data, bits, columns)
     capture.follows = follows
     return capture

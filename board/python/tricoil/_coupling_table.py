@@ -1,27 +1,15 @@
 """Couplings in a table: the rules of board/support/coupling_text.hpp."""
 
-import io
 import os
 
 import numpy as np
 
-from . import _array_file
 from ._byte_stream import ByteStream
 from ._table_rows import Rows, Table
 
 EXPECTED = "x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j), optionally q11,...,q33"
 ENTRIES = [f"{i}{j}" for i in "123" for j in "123"]
 LEAST_DETERMINANT = 1e-6  # of couplings with norm 1
-
-
-class _Text:
-    """A table in memory, read like a ByteStream."""
-
-    def __init__(self, path, data):
-        self.path, self._file = path, io.BytesIO(data)
-
-    def read(self):
-        return self._file.read()
 
 
 def matrices(table: Table, rows: Rows, names: list[str], expected: str):
@@ -56,11 +44,7 @@ def read_couplings(path: str | os.PathLike):
     """Couplings in phase (N, 3, 3) of every row. Raises ValueError that names file and line, also for a table without rows."""
     path = os.fspath(path)
     with ByteStream(path) as stream:
-        data = stream.read()
-        if _array_file.is_array_file(data):
-            stream = _Text(path, _array_file.table_of(b"".join((data, *iter(stream.read, b""))), path))
-            data = stream.read()
-        table = Table(stream, data)
+        table = Table(stream)
         for entry in ENTRIES:  # also without rows
             table.column(("m" if "m11" in table.names else "x") + entry, EXPECTED)
         parts = list(_rows_of(table))

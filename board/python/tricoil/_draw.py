@@ -1,8 +1,7 @@
 """Draws the pictures of the program `tricoil` from CSV files in the current folder. _drawing.py starts it, with -I:
 
-_draw.py PICTURE...                 for figures and evaluate: names in PICTURES
-_draw.py poses.svg FILE NAME FLAGS  for plot, also poses.png: FILE, which messages call NAME; FLAGS: names, separated by commas. Prints the
-                                    number of poses
+_draw.py PICTURE...            for figures and evaluate: names in PICTURES
+_draw.py poses.svg UNIT FLAGS  for plot, also poses.png, of the rows in poses.npy; FLAGS: names, separated by commas
 
 Exit status 2: the last line of the standard error is a message for the user. 3: the same, matplotlib is missing.
 """
@@ -31,17 +30,13 @@ DOTS = {"color": RED, "ls": "", "marker": "o", "mew": 0}
 UNITS_PER_M = {"m": 1, "mm": 1e3, "cm": 1e2, "in": 1 / 0.0254}
 
 
-class Refused(Exception):
-    """A message for the user."""
-
-
 def refuse_without_libraries(reason):
     print(f"python3 cannot draw ({reason}): install the package python3-matplotlib", file=sys.stderr)
     sys.exit(3)
 
 
 def import_libraries():
-    """What draws takes long to load, so the input is read before."""
+    """After the check that they are there."""
     global matplotlib, np, Figure, MaxNLocator
     try:
         import matplotlib
@@ -260,54 +255,6 @@ def dynamic_errors():
 # Poses
 
 
-def read_poses(file, name, flags):
-    """Unit of the positions, and rows by sensor: time_s, valid, flags, x, y, z, standard deviation and error, NaN if unknown."""
-    sensors = {}
-    with open(file, encoding="utf-8", errors="replace") as lines:
-        header = next(lines, None)
-        if header is None:
-            raise Refused(f"{name}: is empty")
-        at = {text.strip(): n for n, text in enumerate(header.split(","))}
-        unit = next((unit for unit in UNITS_PER_M if f"x_{unit}" in at), None)
-        if unit is None:
-            raise Refused(f"{name}:1: no column x_m; poses have x_m, y_m and z_m, or mm, cm or in instead of m")
-        count = header.count(",") + 1
-        for number, text in enumerate(lines, 2):
-            place = f"{name}:{number}"
-            fields = text.strip().split(",")
-            if len(fields) != count:
-                raise Refused(f"{place}: {len(fields)} fields; the header has {count}")
-
-            def find(wanted, default=None):
-                field = fields[at[wanted]].strip() if wanted in at else ""
-                if not field:
-                    if default is None:
-                        raise Refused(f"{place}: {wanted} is missing; give the file of run --out, or the folder of a recording")
-                    return default
-                try:
-                    value = float(field)
-                except ValueError:
-                    shown = re.sub("[^ -~]", "?", field[:24])
-                    raise Refused(f"{place}: '{shown}' is not a number") from None
-                if not math.isfinite(value) and default is not math.nan:
-                    raise Refused(f"{place}: '{field[:24]}' is not finite; remove or repair the line")
-                return value
-
-            sensor, bits, valid = find("sensor", 0), find("flags", 0), find("valid", 1) != 0
-            if sensor not in range(len(SENSORS)):
-                raise Refused(f"{place}: sensor {sensor:g} must be 0 to {len(SENSORS) - 1}")
-            if bits not in range(1 << len(flags)):
-                raise Refused(f"{place}: {bits:g} has unknown flags")
-            position = [find(f"{axis}_{unit}") for axis in "xyz"] if valid else [math.nan] * 3
-            has_deviation = find(f"std_x_{unit}", math.nan)
-            deviation = math.nan if math.isnan(has_deviation) else math.hypot(*(find(f"std_{axis}_{unit}") for axis in "xyz"))
-            time_s = 1e-6 * find("time_us") if "time_us" in at else find("time_s")
-            sensors.setdefault(int(sensor), []).append((time_s, valid, bits, *position, deviation, find("error_position_m", math.nan)))
-    if not any(row[1] for rows in sensors.values() for row in rows):
-        raise Refused(f"{name}: has no valid pose to draw")
-    return unit, sensors
-
-
 def reduced(poses):
     """At most MOST_POINTS rows, each for several poses: the first valid position, and the largest deviation and error."""
     step = -(-len(poses) // MOST_POINTS)
@@ -349,9 +296,11 @@ def flag_bars(axes, sensors, flags, time_range):
     panel(axes, "Flags", "Time (s)", "")
 
 
-def poses_picture(unit, rows_of_sensors, flags):
-    """Path from above and from the side, position error or standard deviation, and flags over time."""
-    sensors = {sensor: np.array(rows, dtype=float) for sensor, rows in sorted(rows_of_sensors.items())}
+def poses_picture(unit, flags):
+    """Path from above and from the side, position error or standard deviation, and flags over time. Rows of poses.npy: sensor, time_s, valid,
+    flags, x, y, z, standard deviation and error, NaN if unknown."""
+    rows = np.load("poses.npy")
+    sensors = {int(sensor): rows[rows[:, 0] == sensor, 1:] for sensor in np.unique(rows[:, 0])}
     units_per_m = UNITS_PER_M[unit]
     curves = {sensor: reduced(poses) for sensor, poses in sensors.items()}
     every = np.concatenate(list(sensors.values()))
@@ -396,13 +345,10 @@ def main():
         if importlib.util.find_spec(package) is None:
             refuse_without_libraries(f"No module named '{package}'")
     if sys.argv[1].startswith("poses."):
-        picture, file, name, flags = sys.argv[1:]
-        unit, sensors = read_poses(file, name, flags.split(","))
-        pictures = {picture: functools.partial(poses_picture, unit, sensors, flags.split(","))}
-        poses = sum(map(len, sensors.values()))
+        picture, unit, flags = sys.argv[1:]
+        pictures = {picture: functools.partial(poses_picture, unit, flags.split(","))}
     else:
         pictures = {name: PICTURES[name] for name in sys.argv[1:]}
-        poses = 0
     import_libraries()
     # Of the user's settings nothing is used, so a picture is always the same.
     matplotlib.rcdefaults()
@@ -413,15 +359,11 @@ def main():
         "svg.hashsalt": "tricoil"})
     for name, make in pictures.items():
         make().savefig(name, dpi=PIXELS_PER_INCH, metadata={"Date": None, "Creator": None} if name.endswith(".svg") else None)
-    print(poses)
 
 
 if __name__ == "__main__":
     try:
         main()
-    except Refused as refused:
-        print(refused, file=sys.stderr)
-        sys.exit(2)
     except OSError as error:
         print(f"{error.filename}: cannot be read or written ({error.strerror})", file=sys.stderr)
         sys.exit(2)

@@ -8,14 +8,12 @@ from ._staged_folder import StagedFolder
 
 
 def draw(folder, words):
-    """Draws in a folder. words: the pictures, and what else _draw.py takes. Returns what it printed. Raises ValueError if Python cannot
-    draw."""
+    """Draws in a folder. words: the pictures, and what else _draw.py takes. Raises ValueError if Python cannot draw."""
     program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "_draw.py")
     drawn = subprocess.run([sys.executable, "-I", program, *words], cwd=folder, capture_output=True, text=True, check=False)
     if drawn.returncode != 0:
         message = (drawn.stderr.strip().splitlines() or [f"python3 ended with {drawn.returncode}"])[-1]
         raise ValueError(message if drawn.returncode in (2, 3) else f"python3 cannot draw: {message}")
-    return drawn.stdout
 
 
 def draw_and_publish(staged, target, pictures):

@@ -99,7 +99,7 @@ def _joined(parts):
 
 def _read_table(path):
     with ByteStream(path) as stream:
-        table = Table(stream, stream.read())
+        table = Table(stream)
         coils = [name for name in table.names if name not in KNOWN]
         if not table.has_names or not coils:
             raise ValueError(f"{path}: the header must have a column for each coil of the generator, optionally {', '.join(KNOWN)}")

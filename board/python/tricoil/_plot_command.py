@@ -1,9 +1,11 @@
-"""tricoil plot: a picture of the poses of a recording or a CSV file."""
+"""tricoil plot: a picture of the poses of a recording or a table."""
 
 import os
 import tempfile
 
-from . import _tricoil
+import numpy as np
+
+from . import _plot_table, _tricoil
 from ._drawing import draw
 from ._output_file import OutputFile, refuse_input_as_output
 
@@ -29,18 +31,20 @@ def run(poses, words, out=None, stages=()) -> dict:
         if name in WITHOUT_ANGLES:
             raise ValueError(f"--{name}: a picture has no angles; use --{name} of tricoil convert")
     with tempfile.TemporaryDirectory(prefix="tricoil-plot-") as folder:
-        table = os.path.abspath(poses)
+        table = poses
         if is_recording:
             table = os.path.join(folder, "poses.csv")
             _tricoil.command(["convert", *words, "--to", "csv", "--out", table, "--json", "--", poses])
         picture = f"poses{extension}"
-        count = draw(folder, [picture, table, poses, ",".join(_tricoil.FLAG_NAMES)])
+        unit, rows = _plot_table.read(table, len(_tricoil.FLAG_NAMES))
+        np.save(os.path.join(folder, "poses.npy"), rows)
+        draw(folder, [picture, unit, ",".join(_tricoil.FLAG_NAMES)])
         with open(os.path.join(folder, picture), "rb") as file:
             content = file.read()
     with OutputFile(out) as file:
         file.write(content)
         file.commit()
-    return {"poses": int(count), "out": out}
+    return {"poses": len(rows), "out": out}
 
 
 def text(result: dict) -> str:

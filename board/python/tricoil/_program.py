@@ -212,10 +212,19 @@ def evaluate_picture(options, files):
     sys.exit(int(options["code"]))
 
 
+def table(_, files):
+    """The text of a file of arrays, which the program reads as a table."""
+    from tricoil._array_file import table_of
+
+    with open(files[0], "rb") as file:
+        sys.stdout.buffer.write(table_of(file.read(), files[0]))
+        sys.stdout.buffer.flush()
+
+
 COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodulate": demodulate, "design": design, "evaluate": evaluate,
-            "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "truth": truth,
+            "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "table": table, "truth": truth,
             "wiring": wiring, **{name: of_generator(name) for name in ("simulate", "solve", "calibrate")}}
-WITHOUT_SCIPY = ("evaluate-picture", "figures", "plot")
+WITHOUT_SCIPY = ("evaluate-picture", "figures", "plot", "table")
 
 
 class Interrupted(KeyboardInterrupt):

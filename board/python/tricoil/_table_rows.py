@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ._array_file import FIRST_BYTES, is_array_file, table_of
 from ._byte_stream import ByteStream
 
 STATES = ("S1", "S2", "S3")
@@ -115,11 +116,16 @@ class Rows:
 
 
 class Table:
-    """Raises ValueError that names file and line: for a file without a row, rows of other lengths, and what is no text."""
+    """Also of arrays in NumPy and MAT files. Raises ValueError that names file and line: for a file without a row, rows of other lengths, and
+    what is no text. first_bytes: what was read already."""
 
-    def __init__(self, stream: ByteStream, first_bytes: bytes):
+    def __init__(self, stream: ByteStream, first_bytes: bytes = b""):
         self.path = stream.path
         self._stream = stream
+        while len(first_bytes) < FIRST_BYTES and (more := stream.read()):
+            first_bytes += more
+        if is_array_file(first_bytes):
+            first_bytes = table_of(b"".join((first_bytes, *iter(stream.read, b""))), self.path)
         self._pending = b""
         self._line = 0  # lines that were given out
         self._is_over = False
@@ -151,7 +157,7 @@ class Table:
         if len(text) + len(self._pending) > LONGEST_LINE:
             self._refuse_lines((text + self._pending).split(b"\n"), lambda line: len(line) > LONGEST_LINE, "the line is longer than 1 MiB; a text file is needed")
         if b"\0" in text:
-            self._refuse_lines(text.split(b"\n"), lambda line: b"\0" in line, "binary data; a text file is needed")
+            self._refuse_lines(text.split(b"\n"), lambda line: b"\0" in line, "binary data; a text file is needed (UTF-16 with its byte-order mark)")
         return text
 
     def _refuse_lines(self, lines, is_wrong, says):

@@ -1,4 +1,4 @@
-"""Samples of a WAV file or stream: whole numbers of 16, 24 or 32 bits, or floating point."""
+"""Samples of a WAV file or stream, also of more than 4 GB (RF64, EBU Tech 3306): whole numbers of 16, 24 or 32 bits, or floating point."""
 
 import struct
 
@@ -13,6 +13,7 @@ FULL_SCALE = 0.9999  # codes of 16 bits end at 0.99997
 INTEGER_BITS = (16, 24, 32)
 MOST_CHANNELS = 64
 FORMAT_BYTES = 26  # of the format's chunk, that are used
+SIZES_BYTES = 16  # of RF64: length of the file, length of the data
 SKIPPED_BYTES = 1 << 16  # of another chunk, at a time
 
 
@@ -25,18 +26,23 @@ class WavSamples:
         self._take(8)
         if self._take(4) != b"WAVE":
             raise ValueError(f"{self.path}: is a RIFF file, but not WAVE")
+        long_size = None
         while True:
             name, size = struct.unpack("<4sI", self._take(8))
             if name == b"data":
                 break
-            used = min(size, FORMAT_BYTES) if name == b"fmt " else 0
-            if used:
-                self._read_format(self._take(used))
+            used = min(size, {b"fmt ": FORMAT_BYTES, b"ds64": SIZES_BYTES}.get(name, 0))
+            chunk = self._take(used)
+            if name == b"fmt ":
+                self._read_format(chunk)
+            elif used == SIZES_BYTES:
+                long_size = struct.unpack("<QQ", chunk)[1]
             for begin in range(used, size + size % 2, SKIPPED_BYTES):
                 self._take(min(SKIPPED_BYTES, size + size % 2 - begin))
         if not self.frame:
             raise ValueError(f"{self.path}: the WAV header has no format")
-        is_known = 0 < size < SHORTEST_STREAM
+        is_known = 0 < size < SHORTEST_STREAM or long_size is not None
+        size = size if size < SHORTEST_STREAM or long_size is None else long_size
         if is_known and size % self.frame:
             raise ValueError(f"{self.path}: the WAV file ends in the middle of a frame of {self.channels} channels; record it again")
         self._left = size if is_known else None

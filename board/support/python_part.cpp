@@ -1,0 +1,65 @@
+#include "board/support/python_part.hpp"
+
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+
+#include "board/support/errors.hpp"
+#include "board/support/line_reader.hpp"
+
+namespace tricoil::host {
+
+std::filesystem::path program_part(const char* name, const std::string& user) {
+    std::error_code failure;
+    const auto own = std::filesystem::read_symlink("/proc/self/exe", failure).parent_path();
+    if (failure) {
+        throw DeviceError(user + ": cannot find the folder of this program: mount /proc");
+    }
+    return (own / (own.filename() == "tricoil" ? "." : "../libexec/tricoil") / name).lexically_normal();
+}
+
+drivers::FileDescriptor plain_text_of(const std::string& path) {
+    constexpr std::array kMarks{"\xFF\xFE", "\xFE\xFF", "\x93NUMPY", "PK\x03\x04", "MATLAB ", "\x89HDF\r\n"};
+    std::error_code failure;
+    std::string begin(8, '\0');
+    if (!std::filesystem::is_regular_file(path, failure) ||  // a pipe would lose what is read
+        !std::ifstream(path, std::ios::binary).read(begin.data(), 8) ||
+        std::none_of(kMarks.begin(), kMarks.end(), [&](const char* mark) { return begin.starts_with(mark); })) {
+        return {};
+    }
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::tmpfile(), std::fclose);
+    drivers::FileDescriptor table(file ? ::dup(::fileno(file.get())) : -1);
+    if (table.is_open() && (begin.starts_with(kMarks[0]) || begin.starts_with(kMarks[1]))) {
+        LineReader lines(path);
+        for (std::string line; lines.next(line);) {
+            std::fputs((line + "\n").c_str(), file.get());
+        }
+        std::fflush(file.get());
+        return table;
+    }
+    const std::string script = program_part("_program.py", path);
+    const pid_t child = table.is_open() ? ::fork() : -1;
+    if (child == 0) {
+        ::dup2(table.get(), STDOUT_FILENO);
+        ::dup2(table.get(), STDERR_FILENO);
+        ::execl(kPython, kPython, "-I", script.c_str(), "table", "--", path.c_str(), nullptr);
+        ::_exit(127);
+    }
+    int status = -1;
+    while (child > 0 && ::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    if (status != 0) {
+        std::string said;
+        LineReader(path, table.is_open() ? fmt::format("/proc/self/fd/{}", table.get()) : "/dev/null").next(said);
+        refuse_if(said.starts_with("tricoil: "), "{}", said.substr(9));
+        throw DeviceError(path + ": NumPy and MAT files need the package python3-tricoil; or save a table as CSV");
+    }
+    return table;
+}
+
+}  // namespace tricoil::host

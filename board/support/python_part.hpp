@@ -1,0 +1,20 @@
+// Files of the program beside its executable, and what it hands over to Python.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "drivers/posix/file_descriptor.hpp"
+
+namespace tricoil::host {
+
+constexpr const char* kPython = "/usr/bin/python3";  // for which the package is built
+
+/// A file of ../libexec/tricoil from the folder of this executable. `user`: for the message of the DeviceError, without /proc.
+std::filesystem::path program_part(const char* name, const std::string& user);
+
+/// The text of a file that is no plain text: UTF-16, and arrays (NumPy, MAT), of which the Python package makes a table; closed
+/// for other files. Throws InputError if the file is damaged, DeviceError without Python.
+drivers::FileDescriptor plain_text_of(const std::string& path);
+
+}  // namespace tricoil::host
