@@ -229,6 +229,20 @@ TEST_F(EveryOutput, ThePageItselfMayStreamAndMayBeLinked) {
     }
 }
 
+/// The system sends them data until their buffers are full, here for 9 s; half of them is unread after 4 s.
+TEST(SilentClients, MakeRoomBeforeTheirBuffersAreFull) {
+    const Serving serving(std::vector<std::string>{"--scenario", "still", "--mux", "tdm", "--rate-hz", "20", "--sample-rate-hz",
+                                                   "43200", "--openigtlink", "0"});
+    std::vector<int> clients;
+    for (int n = 0; n < 16; ++n) {
+        clients.push_back(connect_to(serving.port("openigtlink"), 32768));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(6500));
+    clients.push_back(connect_to(serving.port("openigtlink")));
+    EXPECT_GT(read_for(clients.back(), std::chrono::seconds(1), 1).size(), 0U);
+    std::for_each(clients.begin(), clients.end(), close);
+}
+
 /// What a new client of a FASTRAK reads: status, tip, output list, active stations, alignment, mounting frame, limits, reference
 /// angles, increment, identification.
 std::string settings_of_new_client(const Serving& serving) {

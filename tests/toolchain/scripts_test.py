@@ -3,6 +3,7 @@
 incomplete results. See also fake_machine.py."""
 
 import json
+import re
 import signal
 import unittest
 
@@ -25,6 +26,16 @@ class Cache(FakeMachine):
         self.fails("npm-packages", status=3, naming="has 3 MB of free space and needs")
         self.fails("page-libraries", status=3, naming="has 3 MB of free space and needs")
         self.fails("uml/build-kernel", status=3, naming="has 3 MB of free space and needs")
+
+
+class Workflows(unittest.TestCase):
+    def test_every_action_is_a_commit(self):
+        """A tag of another repository can be moved."""
+        for path in sorted((ROOT / ".github/workflows").iterdir()):
+            actions = re.findall(r"\buses: *(.*)", path.read_text(encoding="utf-8"))
+            self.assertTrue(actions, path)
+            for action in actions:
+                self.assertRegex(action, r"^[\w-]+/[\w-]+@[0-9a-f]{40}  # v\d+\.\d+\.\d+$", path)
 
 
 class NpmPackages(FakeMachine):

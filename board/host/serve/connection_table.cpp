@@ -1,7 +1,7 @@
 #include "board/host/serve/connection_table.hpp"
 
+#include <linux/tcp.h>  // tcp_info with the window
 #include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -27,12 +27,11 @@ std::string address_of(int descriptor) {
     return IN6_IS_ADDR_LINKLOCAL(&v6) ? bytes : bytes.substr(0, kNetwork);
 }
 
-/// Time since data was last sent to the client. The kernel sends nothing to a client that does not read.
-std::chrono::milliseconds time_without_data(int descriptor) {
+tcp_info state_of(int descriptor) {
     tcp_info info{};
     socklen_t size = sizeof info;
     ::getsockopt(descriptor, IPPROTO_TCP, TCP_INFO, &info, &size);
-    return std::chrono::milliseconds(info.tcpi_last_data_sent);
+    return info;
 }
 
 }  // namespace
@@ -49,7 +48,10 @@ ConnectionTable::Place ConnectionTable::enter(int descriptor) {
         Client* silent = nullptr;
         auto longest = replaceable_;
         for (Client& client : clients_) {
-            const auto time = time_without_data(client.descriptor);
+            // Unread data closes the window, but the kernel sends until the client's buffers are full.
+            const tcp_info info = state_of(client.descriptor);
+            const auto closed = info.tcpi_snd_wnd < client.window / 2 ? kReplaceable : std::chrono::milliseconds{0};
+            const auto time = std::chrono::milliseconds(info.tcpi_last_data_sent) + closed;
             if (!client.leaving && (!address_is_full || client.address == address) && time >= longest) {
                 longest = time;
                 silent = &client;
@@ -62,11 +64,11 @@ ConnectionTable::Place ConnectionTable::enter(int descriptor) {
             return nullptr;
         }
         silent->leaving = true;
-        notice_.print(fmt::format("client {}, which has read nothing for {} s, is disconnected to make room", silent->name,
-                                  std::chrono::floor<std::chrono::seconds>(longest).count()));
+        notice_.print(fmt::format("client {}, which does not read, is disconnected to make room", silent->name));
         ::shutdown(silent->descriptor, SHUT_RDWR);
     }
-    const auto place = clients_.insert(clients_.end(), Client{descriptor, address, peer_text(descriptor)});
+    const auto place =
+        clients_.insert(clients_.end(), Client{descriptor, address, peer_text(descriptor), state_of(descriptor).tcpi_snd_wnd});
     return {&*place, [this, place](const void*) { clients_.erase(place); }};
 }
 

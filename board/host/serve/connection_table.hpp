@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <list>
 #include <memory>
 #include <string>
@@ -11,8 +12,8 @@
 namespace tricoil::host {
 
 /// If the limit is reached, in total or for one address, the client that has been sent nothing for longest, because it does not
-/// read or requests nothing, is disconnected to make room, but not before `replaceable`. If there is none, the new client is
-/// refused. One thread uses it.
+/// read or requests nothing, is disconnected to make room, but not before `replaceable` or before half of its receive window is
+/// unread. If there is none, the new client is refused. One thread uses it.
 class ConnectionTable {
 public:
     static constexpr std::size_t kMaxClients = 24;
@@ -32,7 +33,8 @@ private:
     struct Client {
         int descriptor = -1;
         std::string address;
-        std::string name;  // also after it has left
+        std::string name;          // also after it has left
+        std::uint32_t window = 0;  // bytes that its machine accepted when it entered
         bool leaving = false;
     };
 
