@@ -59,7 +59,7 @@ auto CalibrationStore::inspect(std::size_t slot) -> SlotContent {
     bool is_whole = true;
     std::uint64_t head = 0;
     for (std::size_t at = 0, tail = kBlobAt + 1; at <= tail; at += Storage::kWordBytes) {
-        if (!storage_.read(slot, at, word).ok()) {
+        if (!storage_.read(first_ + slot, at, word).ok()) {
             return {false, std::nullopt};
         }
         const auto value = std::bit_cast<std::uint64_t>(word);
@@ -89,7 +89,7 @@ Status CalibrationStore::read(calibration::Blob& blob) {
     std::size_t bytes = calibration::kBlobHeaderBytes;
     for (std::size_t first = 0; first < bytes; first += Storage::kWordBytes) {
         Word word{};
-        if (const Status status = storage_.read(*newest_, kBlobAt + first, word); !status.ok()) {
+        if (const Status status = storage_.read(first_ + *newest_, kBlobAt + first, word); !status.ok()) {
             return status;
         }
         bytes = first == 0 ? calibration::blob_bytes(word) : bytes;
@@ -101,12 +101,12 @@ Status CalibrationStore::read(calibration::Blob& blob) {
 }
 
 Status CalibrationStore::write(const calibration::Blob& blob) {
-    if (storage_.slots() < kSlots || storage_.slot_bytes() < kRecordBytes) {
+    if (storage_.slots() < first_ + kSlots || storage_.slot_bytes() < kRecordBytes) {
         return {StatusCode::invalid_argument, "the storage is too small for two calibrations"};
     }
     const std::size_t slot = newest_ ? 1 - *newest_ : 0;
     const Head head{kMagic, newest_ ? sequence_ + 1 : 0};
-    if (const Status written = write_record(slot, head, blob); !written.ok()) {
+    if (const Status written = write_record(first_ + slot, head, blob); !written.ok()) {
         return written;
     }
     const SlotContent found = inspect(slot);

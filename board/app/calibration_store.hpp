@@ -1,4 +1,4 @@
-// Calibration in flash: two slots, at least one of which holds a complete record after the first write.
+// Calibration or parameters in flash: two slots, at least one of which holds a complete record after the first write.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,8 @@ public:
     static constexpr std::size_t kRecordBytes = 616;  // smallest size of a slot
     static_assert(calibration::kMaxBlobBytes + 2 * hal::Storage::kWordBytes <= kRecordBytes);
 
-    explicit CalibrationStore(hal::Storage& storage) : storage_(storage) {}
+    /// `first`: its first slot. A blob that is not a calibration is padded to calibration::kBlobBytes.
+    explicit CalibrationStore(hal::Storage& storage, std::size_t first = 0) : storage_(storage), first_(first) {}
 
     enum class Content : std::uint8_t {
         none,     // never written
@@ -48,7 +49,8 @@ private:
     Status write_record(std::size_t slot, Head head, const calibration::Blob& blob);
 
     hal::Storage& storage_;
-    std::optional<std::size_t> newest_;  // slot of the newest complete record
+    std::size_t first_;
+    std::optional<std::size_t> newest_;  // 0 or 1: slot of the newest complete record, from `first_`
     std::uint32_t sequence_ = 0;         // of that record
 };
 

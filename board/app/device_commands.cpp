@@ -21,6 +21,9 @@ constexpr int kSettlingBlocks = 2;            // blocks until the switching tran
 /// In mHz, rounded.
 std::uint32_t millihertz(double hz) { return static_cast<std::uint32_t>(1e3 * hz + 0.5); }
 
+/// Place of the parameter that a command sets.
+std::size_t place_of(Opcode opcode) { return static_cast<std::size_t>(opcode) - static_cast<std::size_t>(Opcode::set_parameter); }
+
 bool is_off(std::uint8_t state) { return state == static_cast<std::uint8_t>(Excitation::off); }
 
 }  // namespace
@@ -64,7 +67,8 @@ void TrackerDevice::take(HostLink& link, std::span<const std::uint8_t> bytes) {
     }
     const AckResult result = process_command(link, command);
     const bool answers_itself = opcode == Opcode::keep_alive || opcode == Opcode::read_calibration ||
-                                opcode == Opcode::self_check || opcode == Opcode::read_block || opcode == Opcode::read_condition;
+                                opcode == Opcode::self_check || opcode == Opcode::read_block ||
+                                opcode == Opcode::read_condition || opcode == Opcode::read_parameters;
     if (result != AckResult::done || !answers_itself) {
         const bool tells_rate = opcode == Opcode::mode && result == AckResult::done;
         acknowledge(link, command.opcode, command.request, result, tells_rate ? millihertz(plan().params.frame_rate_hz) : 0);
@@ -127,15 +131,15 @@ AckResult TrackerDevice::process_command(HostLink& link, const protocol::Command
     if (!link.is_new(command.sequence) && !is_stop) {
         return AckResult::replayed;
     }
-    if (command.opcode > protocol::kOpcodes || command.opcode == 0) {
+    if ((command.opcode > protocol::kOpcodes && place_of(opcode) >= protocol::kParameters) || command.opcode == 0) {
         return AckResult::unknown;
     }
     const bool takes_state = opcode == Opcode::excite || opcode == Opcode::read_block || is_stop;
     if (!takes_state && !is_off(command.state)) {
         return AckResult::bad_value;
     }
-    const bool needs_rest =
-        opcode == Opcode::self_check || opcode == Opcode::read_block || opcode == Opcode::mode || opcode == Opcode::loader;
+    const bool needs_rest = opcode == Opcode::self_check || opcode == Opcode::read_block || opcode == Opcode::mode ||
+                            opcode == Opcode::loader || opcode >= Opcode::save_parameters;
     if (needs_rest && is_measuring_) {
         return AckResult::wrong_state;
     }
@@ -169,6 +173,11 @@ AckResult TrackerDevice::dispatch_command(HostLink& link, const protocol::Comman
         case Opcode::read_condition:
             send_condition(link, command.request);
             return AckResult::done;
+        case Opcode::read_parameters:
+            send_parameters(link, command.request);
+            return AckResult::done;
+        case Opcode::save_parameters:
+            return save_parameters();
         case Opcode::mode:
             return execute_mode(command.argument);
         case Opcode::hemisphere:
@@ -179,8 +188,10 @@ AckResult TrackerDevice::dispatch_command(HostLink& link, const protocol::Comman
             return execute_loader(command.argument);
         case Opcode::excite:  // this board drives its coils itself
             return AckResult::refused;
-        default:  // write_calibration: acknowledged when the calibration message arrives
+        case Opcode::write_calibration:  // acknowledged when the calibration message arrives
             return AckResult::wrong_state;
+        default:
+            return set_parameter(place_of(static_cast<Opcode>(command.opcode)), command.argument);
     }
 }
 

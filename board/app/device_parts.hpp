@@ -30,7 +30,7 @@ struct DeviceHardware {
     hal::CoilSampler& sampler;
     hal::GainControl& gain;
     hal::Heartbeat& heartbeat;  // of the hardware enable of the power stages; toggled while coils are on
-    hal::Storage& storage;      // at least two slots of at least CalibrationStore::kRecordBytes
+    hal::Storage& storage;      // four slots of at least CalibrationStore::kRecordBytes
     hal::Watchdog& watchdog;
     hal::SystemControl& system;
     hal::Indicator& indicator;

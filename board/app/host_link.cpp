@@ -22,7 +22,7 @@ void HostLink::lose(DeviceTime now) {
     port_->close();
     is_open_ = false;
     has_session_ = false;
-    streams_ = false;
+    stream(false);
     due_ = now + kOpenPause;
 }
 

@@ -36,7 +36,12 @@ public:
 
     [[nodiscard]] bool has_session() const { return has_session_; }
     [[nodiscard]] bool streams() const { return streams_; }
-    void stream(bool on) { streams_ = on; }
+    /// `alone`: also without a host.
+    void stream(bool on, bool alone = false) {
+        streams_ = on;
+        needs_host_ = on && !alone;
+    }
+    [[nodiscard]] bool needs_host() const { return needs_host_; }
 
     /// True if an acknowledgement of an unreadable message may be sent: at most one per kReportPause.
     bool may_report_unreadable(DeviceTime now);
@@ -54,7 +59,8 @@ private:
     bool is_open_ = false;
     bool has_session_ = false;
     bool streams_ = false;
-    DeviceTime due_{};  // next attempt to open the port
+    bool needs_host_ = false;  // streams until the host is silent
+    DeviceTime due_{};         // next attempt to open the port
     DeviceTime last_command_time_{};
     DeviceTime last_report_{};
     protocol::SequenceCheck commands_;

@@ -34,7 +34,8 @@ TrackerDevice::TrackerDevice(const DeviceHardware& hardware, const DeviceParams&
       params_(params),
       sampler_(hardware.sampler, hardware.gain, hardware.heartbeat, params.demodulator.gain_steps, params.most_reference_v),
       hemisphere_(params.hemisphere),
-      store_(hardware.storage),
+      parameter_store_(hardware.storage),
+      store_(hardware.storage, CalibrationStore::kSlots),
       permission_(params.needs_permission) {
     hardware_.coils.switch_off();
     TRICOIL_ASSERT(!params.modes.empty() && !hardware.ports.empty() && params.coupling_constant_m3 > 0);
@@ -50,6 +51,7 @@ void TrackerDevice::boot() {
     const hal::ResetReason reason = hardware_.system.reset_reason();
     faults_.set_to(reason == hal::ResetReason::watchdog || reason == hal::ResetReason::fault, Fault::hung);
     const bool is_watched = hardware_.watchdog.start(params_.watchdog).ok();
+    read_parameters();
     stored_ = store_.open();
     use_calibration();
     run_self_check();
@@ -63,6 +65,7 @@ void TrackerDevice::boot() {
             fail(fault_of_start(measured));
         }
     }
+    start_alone();
 }
 
 /// Only while the sampler is stopped.
@@ -146,7 +149,8 @@ Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibrati
     }
     coils_ = *columns;
     params_.demodulator.converters = stored->converters;
-    hemisphere_ = stored->hemisphere.isZero(0) ? hemisphere_ : stored->hemisphere;
+    has_calibrated_hemisphere_ = !stored->hemisphere.isZero(0);
+    hemisphere_ = has_calibrated_hemisphere_ ? stored->hemisphere : hemisphere_;
     return true;
 }
 
@@ -229,7 +233,7 @@ void TrackerDevice::check_processor() {
 /// Stops the stream of hosts that are silent or whose link is lost. Without a streaming host the coils go off.
 void TrackerDevice::check_hosts() {
     for (HostLink& link : links()) {
-        if (link.streams() && params_.host_silence.count() > 0 && now_ - link.last_command_time() > params_.host_silence) {
+        if (link.needs_host() && params_.host_silence.count() > 0 && now_ - link.last_command_time() > params_.host_silence) {
             link.stream(false);
             faults_.set(Fault::watchdog);
         }
@@ -264,7 +268,8 @@ Status TrackerDevice::begin() {
     params.tracker.method = tracking::ScaatParams<float>{};
     tracking::CommonParams<float>& common = params.tracker.common;
     common.coupling_constant = params_.coupling_constant_m3;
-    common.hemisphere = commanded_hemisphere_.value_or(hemisphere_);
+    const Vec3<float> kept = protocol::hemisphere_of_argument(parameters_[protocol::kHemisphere]).towards;
+    common.hemisphere = commanded_hemisphere_.value_or(kept.isZero(0) ? hemisphere_ : kept);
     tracking::set_plan(common, plan());
     params.correction = coils_;
     if (params.correction) {

@@ -18,15 +18,16 @@
 
 namespace tricoil::app {
 
-/// Coils are off until a host sends start, after any fault, after the last host has stopped or is silent, while the calibration
-/// is written, and after destruction. All memory is part of the object; make it static.
+/// Coils are off until a host or the parameters start the measurement, after any fault, after the last host has stopped or is
+/// silent, while the calibration is written, and after destruction. All memory is part of the object; make it static.
 class TrackerDevice final : hal::Link<float>, tracking::TrackerTap<float> {
 public:
     /// Requires at least one mode and one port, and C > 0.
     TrackerDevice(const DeviceHardware& hardware, const DeviceParams& params);
     ~TrackerDevice() override;
 
-    /// Starts the watchdog, reads the calibration, runs the self-check and measures the gain steps. Call once before step().
+    /// Starts the watchdog, reads parameters and calibration, runs the self-check, measures the gain steps, and starts if the
+    /// parameters say so. Call once before step().
     void boot();
 
     /// One iteration: processes messages of hosts, then measures one block, or idles if no host receives the stream.
@@ -35,6 +36,7 @@ public:
     [[nodiscard]] protocol::DeviceState state() const;
     [[nodiscard]] protocol::Faults faults() const { return faults_; }
     [[nodiscard]] const selfcheck::Report& report() const { return report_; }
+    [[nodiscard]] const protocol::ParameterValues& parameters() const { return parameters_; }
     /// Number of invalid messages and refused commands.
     [[nodiscard]] std::uint32_t refused() const { return refused_; }
 
@@ -59,6 +61,14 @@ private:
                      std::uint32_t argument);
     void answer_hello(HostLink& link, const protocol::CommandMessage& command);
     void send_condition(HostLink& link, std::uint16_t request);
+
+    // Parameters: device_parameters.cpp.
+    void read_parameters();
+    [[nodiscard]] bool is_usable(std::size_t place, std::uint32_t value) const;
+    void send_parameters(HostLink& link, std::uint16_t request);
+    protocol::AckResult set_parameter(std::size_t place, std::uint32_t value);
+    protocol::AckResult save_parameters();
+    void start_alone();
 
     // Measurement: tracker_device.cpp.
     Status measure_gain();
@@ -109,6 +119,11 @@ private:
     std::optional<Vec3<float>> commanded_hemisphere_;  // by a host, until the measurement ends
     Quat<float> boresight_ = Quat<float>::Identity();  // from boresight axes to sensor axes
     std::optional<Quat<float>> attitude_;              // of the newest pose, if it was valid
+
+    CalibrationStore parameter_store_;
+    protocol::ParameterValues parameters_{};
+    protocol::ParameterOrigin origin_{};
+    bool has_calibrated_hemisphere_ = false;
 
     CalibrationStore store_;
     CalibrationStore::Content stored_ = CalibrationStore::Content::none;

@@ -99,6 +99,8 @@ void read_realtime(CheckedTable table, DeviceConfig& config) {
     table.finish();
 }
 
+}  // namespace
+
 Vec3<double> direction_of(const std::string& name, std::string_view text) {
     const auto fields = host::split(text, '/');
     Vec3<double> direction = Vec3<double>::Zero();
@@ -109,8 +111,6 @@ Vec3<double> direction_of(const std::string& name, std::string_view text) {
                     "device '{}': hemisphere must be a direction X/Y/Z, for example hemisphere=1/0/0", name);
     return direction;
 }
-
-}  // namespace
 
 DeviceConfig parse_device_config(const std::string& name, std::string_view text) {
     const toml::table parsed = host::parse_toml(name, text);

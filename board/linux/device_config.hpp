@@ -46,4 +46,7 @@ DeviceConfig parse_device_config(const std::string& name, std::string_view text)
 /// and the members of these names to their values. Throws InputError that names the invalid part.
 void set_device(DeviceConfig& config, const std::string& name);
 
+/// Direction X/Y/Z; `name`: of the device, for messages. Throws InputError for any other text.
+Vec3<double> direction_of(const std::string& name, std::string_view text);
+
 }  // namespace tricoil::linux_board

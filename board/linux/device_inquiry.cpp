@@ -208,6 +208,16 @@ std::optional<protocol::ConditionMessage> DeviceInquiry::read_condition() {
     return condition;
 }
 
+protocol::ParametersMessage DeviceInquiry::read_parameters() {
+    protocol::ParametersMessage m;
+    const auto is_answer = [&](const hal::ReceivedMessage& message) {
+        return protocol::decode(message.bytes, m) == WireError::none && m.request == request_;
+    };
+    inquire(
+        "read parameters", Opcode::read_parameters, [&] { command(Opcode::read_parameters); }, is_answer);
+    return m;
+}
+
 protocol::StatusMessage DeviceInquiry::read_status() {
     protocol::StatusMessage status;
     inquire("read state", Opcode::hello, {},

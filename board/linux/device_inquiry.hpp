@@ -32,6 +32,8 @@ public:
     /// Empty if the device does not report its condition.
     std::optional<protocol::ConditionMessage> read_condition();
 
+    protocol::ParametersMessage read_parameters();
+
     /// The next status message.
     protocol::StatusMessage read_status();
 

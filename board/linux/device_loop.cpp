@@ -104,6 +104,8 @@ void DeviceLoop::take(const hal::ReceivedMessage& message) {
 void DeviceLoop::begin() {
     is_tdm_ = session_.identity().multiplexing == 0;
     const auto& identity = session_.identity();
+    params_.session = session_.params();
+    params_.hemisphere = params_.session.hemisphere.value_or(params_.hemisphere);
     auto settings = tracker_settings(params_, identity.sensors, static_cast<signal::Multiplexing>(identity.multiplexing),
                                      1e-3 * identity.frame_rate_millihertz);
     settings.tracker.common.window_s = 1e-6 * identity.window_us;

@@ -20,6 +20,7 @@ constexpr Microseconds kSilence{500'000};
 constexpr Microseconds kConflict{1'000'000};
 constexpr Microseconds kFeed{20'000};  // longest interval between keep_alive messages
 constexpr std::uint16_t kProduct = 1;
+constexpr int kParameterRequests = 3;  // a device may ignore a command that it does not know
 
 bool sends_columns(const protocol::IdentifyMessage& identity) {
     return identity.role == static_cast<std::uint8_t>(protocol::Role::front_end);
@@ -94,9 +95,13 @@ SessionEvent DeviceSession::service(HostTime now) {
     return SessionEvent::none;
 }
 
-/// Sends start. A tracker board first gets the hemisphere of each sensor, the next one after an acknowledgement.
+/// Sends start. First the parameters are read, and a tracker board gets the hemisphere of each sensor, the next one after an
+/// acknowledgement.
 void DeviceSession::request_start() {
-    ++starts_asked_;
+    if (++starts_asked_ <= kParameterRequests && reads_parameters_ && !parameters_) {
+        send_command(Opcode::read_parameters, 0);
+        return;
+    }
     const auto hemisphere = has_tracked_ && !params_.confined ? Vec3<double>(Vec3<double>::Zero()) : params_.hemisphere;
     if (is_tracker_board() && hemisphere && hemispheres_set_ < identity_.sensors) {
         set_hemisphere(hemispheres_set_, *hemisphere);
@@ -185,6 +190,8 @@ SessionEvent DeviceSession::take(const hal::ReceivedMessage& message) {
             return decode_and(&DeviceSession::take_pose, message);
         case MessageType::status:
             return decode_and(&DeviceSession::take_status, message);
+        case MessageType::parameters:
+            return decode_and(&DeviceSession::take_parameters, message);
         case MessageType::command:
             return refuse(WireError::wrong_sender);
         default:
@@ -205,6 +212,20 @@ SessionEvent DeviceSession::take_status(const protocol::StatusMessage& status) {
     counters_.dropped += dropped_more ? status.dropped - status_->dropped : 0U;
     status_ = status;
     heard_ = phase_ == Phase::running ? heard_ : now_;  // a running device must also send columns or poses
+    return SessionEvent::none;
+}
+
+SessionEvent DeviceSession::take_parameters(const protocol::ParametersMessage& m) {
+    if (phase_ == Phase::starting && reads_parameters_) {
+        const Vec3<float> towards = protocol::hemisphere_of_argument(m.values[protocol::kHemisphere]).towards;
+        params_.hemisphere.reset();
+        if (!towards.isZero(0)) {
+            params_.hemisphere = towards.cast<double>();
+        }
+        params_.confined = params_.hemisphere && m.values[protocol::kConfined] != 0;
+        parameters_ = m;
+        due_ = now_;
+    }
     return SessionEvent::none;
 }
 
@@ -249,6 +270,7 @@ SessionEvent DeviceSession::take_identity(const protocol::IdentifyMessage& ident
     }
     if (identity.serial != identity_.serial) {
         status_.reset();  // of another device
+        parameters_.reset();
     }
     identity_ = identity;
     has_identity_ = true;
@@ -264,6 +286,10 @@ SessionEvent DeviceSession::take_identity(const protocol::IdentifyMessage& ident
 }
 
 SessionEvent DeviceSession::take_ack(const protocol::AckMessage& ack) {
+    if (ack.opcode == static_cast<std::uint8_t>(Opcode::read_parameters) && ack.request == request_) {
+        reads_parameters_ = false;  // the device has none
+        due_ = now_;
+    }
     const bool is_hemisphere = ack.opcode == static_cast<std::uint8_t>(Opcode::hemisphere) && ack.request == request_;
     if (phase_ != Phase::starting || (ack.opcode != static_cast<std::uint8_t>(Opcode::start) && !is_hemisphere)) {
         return SessionEvent::none;

@@ -26,8 +26,8 @@ struct SessionParams {
     bool dual_band = false;   // true: accept only columns of two bands
     bool has_wiring = false;  // true: accept only columns, to which the wiring of a file applies
 
-    // Hemisphere of the sensors of a tracker board; empty: as set in the board. After valid poses the hemisphere is unknown at
-    // the next start, because the sensor may have left it while the link was down. With `confined` it stays known.
+    // Hemisphere of the sensors; empty: both are read from the device's parameters. After valid poses it is unknown at the next
+    // start, because the sensor may have left it while the link was down. With `confined` it stays known.
     std::optional<Vec3<double>> hemisphere;
     bool confined = false;
 };
@@ -54,7 +54,8 @@ public:
     static constexpr Microseconds kSteady{2'000'000};
     static constexpr Microseconds kLongestPause{10'000'000};
 
-    DeviceSession(hal::MessagePort& port, const SessionParams& params) : port_(port), params_(params) {}
+    DeviceSession(hal::MessagePort& port, const SessionParams& params)
+        : port_(port), params_(params), reads_parameters_(!params.hemisphere && !params.host_drives_coils) {}
 
     /// Performs the due action: open, hello, start or time-out. Call it at least every few milliseconds.
     SessionEvent service(HostTime now);
@@ -85,6 +86,10 @@ public:
 
     [[nodiscard]] Phase phase() const { return phase_; }
     [[nodiscard]] const protocol::IdentifyMessage& identity() const { return identity_; }
+    /// With the hemisphere of the device's parameters, if none was given.
+    [[nodiscard]] const SessionParams& params() const { return params_; }
+    /// Empty: not read, or the device has none.
+    [[nodiscard]] const std::optional<protocol::ParametersMessage>& parameters() const { return parameters_; }
     /// The newest status of the device.
     [[nodiscard]] const std::optional<protocol::StatusMessage>& device_status() const { return status_; }
     [[nodiscard]] bool has_identity() const { return has_identity_; }
@@ -118,6 +123,7 @@ private:
     SessionEvent take_pose(const protocol::PoseMessage& pose);
     SessionEvent take_ack(const protocol::AckMessage& ack);
     SessionEvent take_status(const protocol::StatusMessage& status);
+    SessionEvent take_parameters(const protocol::ParametersMessage& m);
     bool in_order(protocol::SequenceCheck& check, std::uint32_t sequence, std::uint64_t& lost);
     [[nodiscard]] bool was_excited(const Column<double>& column) const;
     SessionEvent refuse(protocol::WireError error);
@@ -125,6 +131,8 @@ private:
 
     hal::MessagePort& port_;
     SessionParams params_;
+    bool reads_parameters_;
+    std::optional<protocol::ParametersMessage> parameters_;
     Phase phase_ = Phase::closed;
     HostTime due_;       // time of the next try to open, identify or start
     HostTime heard_;     // last valid message; while running: last accepted column or pose

@@ -39,7 +39,7 @@ constexpr std::array<const char*, 15> kFaults{"the host was silent: coils off",
                                               "restarted by the watchdog or after a program fault",
                                               "no crystal: sample and link rates are inaccurate",
                                               "the stack is almost full",
-                                              "the calibration cannot be stored",
+                                              "calibration or parameters cannot be stored",
                                               "the power stages do not follow their commands"};
 
 }  // namespace
@@ -121,6 +121,16 @@ void FaultReporter::check(const DeviceSession& session, const hal::MessagePort& 
             print(text.data());
             reported_[kind] = count;
             reported_at_[kind] = now;
+        }
+    }
+    if (const auto& kept = session.parameters(); kept && !std::exchange(parameters_reported_, true)) {
+        if (kept->origin == static_cast<std::uint8_t>(protocol::ParameterOrigin::damaged)) {
+            print("its stored parameters are damaged or of another version: defaults; see: tricoil device config");
+        }
+        if (kept->knows_hemisphere == 0 && session.is_tracker_board()) {
+            print(("no half space of the sensor is stored: +x; to set it: tricoil device config set " + device_ +
+                   " hemisphere=1/0/0")
+                      .c_str());
         }
     }
     print_device_faults(session.device_status() ? session.device_status()->faults : 0U, now);

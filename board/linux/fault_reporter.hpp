@@ -55,6 +55,7 @@ private:
     HostTime detail_reported_;
     HostTime hemisphere_known_;  // time at which the hemisphere was last known
     bool hemisphere_reported_ = false;
+    bool parameters_reported_ = false;
     host::HealthWarnings warnings_;
 };
 

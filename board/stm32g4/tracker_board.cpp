@@ -16,9 +16,9 @@ namespace {
 using namespace tricoil::stm32g4;
 using namespace this_board;
 
-constexpr std::uint8_t kFirstCalibrationPage = 126;  // of bank 2
-constexpr std::uint8_t kCalibrationPages = 2;
-constexpr std::uintptr_t kCalibrationMemory = kFlashBank2 + kFirstCalibrationPage * kFlashPageBytes;
+constexpr std::uint8_t kFirstStoragePage = 124;  // of bank 2: two pages of parameters, two of the calibration
+constexpr std::uint8_t kStoragePages = 4;
+constexpr std::uintptr_t kStorageMemory = kFlashBank2 + kFirstStoragePage * kFlashPageBytes;
 constexpr std::uintptr_t kUniqueNumber = 0x1FFF'7590;
 // Factory calibration (DS12288): TS_CAL1, VREFINT_CAL, TS_CAL2.
 constexpr std::uintptr_t kThermometer30 = 0x1FFF'75A8;
@@ -138,7 +138,7 @@ TrackerBoard::TrackerBoard(CoreClock core_clock)
                 {&board::stack_was_full, &sleep, &board::halt}),
       watchdog(peripheral<IwdgRegisters>(kIwdgBase)),
       storage(peripheral<FlashRegisters>(kFlashBase),
-              {&peripheral<volatile std::uint64_t>(kCalibrationMemory), kFirstCalibrationPage, kCalibrationPages}),
+              {&peripheral<volatile std::uint64_t>(kStorageMemory), kFirstStoragePage, kStoragePages}),
       heartbeat(pin(kHeartbeat)),
       status_led(pin(kStatusLed)),
       button(pin(kButton)),

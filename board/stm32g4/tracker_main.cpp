@@ -68,6 +68,7 @@ void usb_handler() { handle(board_->usb, &UsbPort::on_interrupt); }
 int main() {
     set_up();
     device->boot();
+    board_->can.set_bus(device->parameters());
     for (;;) {
         device->step();
     }

@@ -34,6 +34,7 @@ public:
         return can_id(side_ == CanSide::host ? kSegmentsFromDevice : kSegmentsFromHost, node_);
     }
     [[nodiscard]] std::uint8_t node() const { return node_; }
+    void set_node(std::uint8_t node) { node_ = node; }
 
     /// Starts to send a message that is longer than a frame. The message is copied; send_due() sends it. False: the message is
     /// too long, or another one is being sent.

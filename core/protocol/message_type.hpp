@@ -23,8 +23,9 @@ enum class MessageType : std::uint8_t {
     raw_block = 10,
     calibration = 11,
     condition = 12,
+    parameters = 13,
 };
-constexpr std::uint8_t kMaxMessageType = 12;
+constexpr std::uint8_t kMaxMessageType = 13;
 
 /// front_end: measures; the host tracks. tracker: tracks on the device.
 enum class Role : std::uint8_t { front_end = 1, tracker = 2 };
@@ -44,8 +45,11 @@ enum class Opcode : std::uint8_t {
     boresight = 12,         // argument 1: the present attitude reads as zero from now on; 0: removes that correction
     loader = 13,            // restart in the manufacturer's boot loader for a firmware update; argument: kLoaderKey
     read_condition = 14,    // answered by condition
+    read_parameters = 15,   // answered by parameters
+    save_parameters = 16,   // keeps the present parameters without power
+    set_parameter = 64,     // until power-off; this opcode plus the place of the parameter; argument: its value
 };
-constexpr std::uint8_t kOpcodes = 14;
+constexpr std::uint8_t kOpcodes = 16;  // without set_parameter
 
 /// Argument of `loader`, a guard against accidental commands.
 constexpr std::uint32_t kLoaderKey = 0x4C4F4144;

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "core/protocol/message_type.hpp"
+#include "core/protocol/parameters.hpp"
 
 namespace tricoil::protocol {
 
@@ -122,6 +123,14 @@ struct ConditionMessage : Stamp {
     std::uint32_t image_crc = 0;
     std::uint32_t options = 0;
     std::uint16_t settings = 0;
+};
+
+/// Answer to read_parameters.
+struct ParametersMessage : Stamp {
+    std::uint16_t request = 0;
+    std::uint8_t origin = 0;
+    std::uint8_t knows_hemisphere = 0;
+    ParameterValues values = kDefaultParameters;
 };
 
 /// The tail is a calibration blob. Empty: no calibration.

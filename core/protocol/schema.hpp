@@ -84,7 +84,7 @@ inline constexpr FieldInfo kState = code(WireType::u8, 0, 4, "excitation: 0 off,
 inline constexpr FieldInfo kOpcode = code(WireType::u8, 1, 255,
                                           "1 hello, 2 start, 3 stop, 4 excite, 5 keep alive, 6 read calibration, 7 write "
                                           "calibration, 8 self-check, 9 read a raw block, 10 mode, 11 hemisphere, 12 boresight, "
-                                          "13 loader, 14 read condition");
+                                          "13 loader, 14 read condition, 15 read parameters, 16 save parameters, 64-74 set one");
 inline constexpr FieldInfo kRequest = count(WireType::u16, "number of the request, repeated in the answer");
 }  // namespace detail
 
@@ -283,6 +283,22 @@ struct Schema<ConditionMessage> {
                    "level 2, 4 flash as one bank, 5 boots from bank 2, 6 does not boot from flash"))};
 };
 
+template <>
+struct Schema<ParametersMessage> {
+    static constexpr MessageInfo kInfo{MessageType::parameters, "parameters", "device",
+                                       "what a tracker board keeps without power"};
+    static constexpr auto kFields =
+        std::tuple{field(&ParametersMessage::request, "request", detail::kRequest),
+                   field(&ParametersMessage::origin, "origin",
+                         code(WireType::u8, 0, 3, "0 defaults, 1 saved, 2 damaged: defaults, 3 not saved")),
+                   field(&ParametersMessage::knows_hemisphere, "knows_hemisphere",
+                         code(WireType::u8, 0, 1, "1: from parameters or calibration")),
+                   fields(&ParametersMessage::values,
+                          {"node", "bit_rate", "data_bit_rate", "start", "mode", "confined", "hemisphere", "name_1", "name_2",
+                           "name_3", "name_4"},
+                          count(WireType::u32, "in the order of their opcodes"))};
+};
+
 /// Calls visit(Schema<Message>{}) for every message.
 template <typename Visitor>
 constexpr void for_each_message(Visitor visit) {
@@ -296,6 +312,7 @@ constexpr void for_each_message(Visitor visit) {
     visit(Schema<RawBlockMessage>{});
     visit(Schema<CalibrationMessage>{});
     visit(Schema<ConditionMessage>{});
+    visit(Schema<ParametersMessage>{});
 }
 
 /// Calls visit(name, info, byte offset) for every number of a message, including the stamp.

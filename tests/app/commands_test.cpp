@@ -51,7 +51,7 @@ const std::vector<Refusal> kRefusals{
     {"loader without its key", Opcode::loader, 1, Excitation::off, AckResult::bad_value, AckResult::wrong_state},
     {"read_block of an excitation state that this mode does not drive", Opcode::read_block, 0, Excitation::all,
      AckResult::bad_value, AckResult::wrong_state},
-    {"an unknown opcode", static_cast<Opcode>(15), 0, Excitation::off, AckResult::unknown, AckResult::unknown},
+    {"an unknown opcode", static_cast<Opcode>(17), 0, Excitation::off, AckResult::unknown, AckResult::unknown},
     {"the largest opcode", static_cast<Opcode>(255), 0, Excitation::off, AckResult::unknown, AckResult::unknown},
 };
 

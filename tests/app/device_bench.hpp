@@ -184,7 +184,7 @@ struct DeviceBench {
     sim::SimulatedGain gain;
     sim::SimulatedCoilSampler sampler;
     TamperedSampler tampered{sampler};
-    sim::SimulatedStorage storage{2, 2048};
+    sim::SimulatedStorage storage{4, 2048};
     sim::SimulatedWatchdog watchdog{clock};
     sim::SimulatedSystem system{clock};
     sim::SimulatedIndicator indicator;

@@ -291,7 +291,7 @@ TEST(FaultsOf, AProgramThatHung) {
 
 TEST(FaultsOf, ADamagedCalibration) {
     DeviceBench board;
-    board.storage.damage(0, 0);
+    board.storage.damage(2, 0);  // the first slot of the calibration
     board.boot();
     board.run(0.05);
     EXPECT_EQ(board.device->faults().bits(), static_cast<std::uint16_t>(Fault::calibration));

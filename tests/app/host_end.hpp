@@ -61,6 +61,7 @@ public:
             known = keep(message.bytes, identities) || known;
             known = keep(message.bytes, statuses) || known;
             known = keep(message.bytes, conditions) || known;
+            known = keep(message.bytes, parameters) || known;
             protocol::CalibrationMessage calibration;
             if (protocol::decode(message.bytes, calibration) == protocol::WireError::none) {
                 blobs.emplace_back(calibration.tail.begin(), calibration.tail.end());
@@ -95,6 +96,7 @@ public:
     std::vector<protocol::IdentifyMessage> identities;
     std::vector<protocol::StatusMessage> statuses;
     std::vector<protocol::ConditionMessage> conditions;
+    std::vector<protocol::ParametersMessage> parameters;
     std::vector<protocol::RawBlockMessage> parts;
     std::size_t samples = 0;
     std::vector<std::vector<std::uint8_t>> blobs;

@@ -61,7 +61,8 @@ int main(int, char** arguments) {
                                message<protocol::CommandMessage>(random), message<protocol::StatusMessage>(random),
                                message<protocol::ColumnMessage>(random), message<protocol::PoseMessage>(random),
                                message<protocol::CheckMessage>(random), message<protocol::RawBlockMessage>(random),
-                               message<protocol::CalibrationMessage>(random), message<protocol::ConditionMessage>(random)}) {
+                               message<protocol::CalibrationMessage>(random), message<protocol::ConditionMessage>(random),
+                               message<protocol::ParametersMessage>(random)}) {
         const std::string name = "type" + std::to_string(bytes[1]);
         for (const int wrapping : {0, 1}) {
             Bytes seed{static_cast<std::uint8_t>(wrapping)};

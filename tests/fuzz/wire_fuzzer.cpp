@@ -56,6 +56,7 @@ void decode_all(Bytes bytes) {
     decode_as<protocol::RawBlockMessage>(bytes);
     decode_as<protocol::CalibrationMessage>(bytes);
     decode_as<protocol::ConditionMessage>(bytes);
+    decode_as<protocol::ParametersMessage>(bytes);
 }
 
 void as_frame(Bytes bytes) {

@@ -28,6 +28,7 @@ int decode_as_everything(std::span<const std::uint8_t> bytes) {
     as(RawBlockMessage{});
     as(CalibrationMessage{});
     as(ConditionMessage{});
+    as(ParametersMessage{});
     return passed;
 }
 

@@ -15,7 +15,7 @@ constexpr std::uint64_t kSeed = 7;
 template <typename Message>
 class EveryMessage : public ::testing::Test {};
 using Messages = ::testing::Types<CommandMessage, AckMessage, StatusMessage, ColumnMessage, PoseMessage, IdentifyMessage,
-                                  CheckMessage, RawBlockMessage, CalibrationMessage, ConditionMessage>;
+                                  CheckMessage, RawBlockMessage, CalibrationMessage, ConditionMessage, ParametersMessage>;
 TYPED_TEST_SUITE(EveryMessage, Messages);
 
 TYPED_TEST(EveryMessage, RoundTripsExactly) {

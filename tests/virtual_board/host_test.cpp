@@ -99,7 +99,7 @@ std::vector<protocol::PoseMessage> poses_of(const std::vector<Burst>& bursts) {
     RecordedSampler sampler(bursts, clock);
     sim::SimulatedCoilDriver coils;
     RecordedGain gain(sampler);
-    sim::SimulatedStorage storage(2, 2048);
+    sim::SimulatedStorage storage(4, 2048);
     sim::SimulatedWatchdog watchdog(clock);
     sim::SimulatedSystem system(clock);
     sim::SimulatedIndicator indicator;

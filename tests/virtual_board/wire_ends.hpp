@@ -68,14 +68,24 @@ private:
 class CanEnd final : public WireEnd {
 public:
     explicit CanEnd(virtual_board::VirtualBoard& board) : board_(board) {
-        board.can.on_frame = [this](const virtual_board::CanFrame& frame) { deliver_frame(frame); };
+        board.can.on_frame = [this](const virtual_board::CanFrame& frame) { hear(frame); };
+    }
+    /// Node that this host talks to.
+    void set_node(std::uint8_t node) { exchange_.set_node(node); }
+    /// Other boards of the bus, which hear what this host says.
+    std::vector<virtual_board::VirtualBoard*> others;
+    /// A frame of any board.
+    void hear(const virtual_board::CanFrame& frame) {
+        if ((frame.id & 0xFU) == exchange_.node()) {
+            deliver_frame(frame);
+        }
     }
     void serve() override {
         for_each_to_send(
             [this](std::span<const std::uint8_t> message) { waiting_.emplace_back(message.begin(), message.end()); });
         while (!waiting_.empty() && !exchange_.sending()) {
             protocol::CanFrame frame;
-            if (protocol::to_frame(waiting_.front(), kNode, frame)) {
+            if (protocol::to_frame(waiting_.front(), exchange_.node(), frame)) {
                 send(frame);
             } else {
                 (void)exchange_.begin(waiting_.front(), now_us());
@@ -96,7 +106,6 @@ public:
     std::uint64_t frames = 0;
 
 private:
-    static constexpr std::uint8_t kNode = 0;
     [[nodiscard]] std::int64_t now_us() const { return static_cast<std::int64_t>(1e6 * board_.now_s()); }
     bool send(const protocol::CanFrame& frame) {
         virtual_board::CanFrame out;
@@ -104,6 +113,9 @@ private:
         const auto bytes = frame.bytes();
         out.data.assign(bytes.begin(), bytes.end());
         board_.can.send(out);
+        for (virtual_board::VirtualBoard* other : others) {
+            other->can.send(out);
+        }
         return true;
     }
     void deliver_frame(const virtual_board::CanFrame& frame) {
@@ -121,7 +133,7 @@ private:
     }
 
     virtual_board::VirtualBoard& board_;
-    protocol::CanExchange<protocol::kMaxMessageBytes> exchange_{protocol::CanSide::host, kNode};
+    protocol::CanExchange<protocol::kMaxMessageBytes> exchange_{protocol::CanSide::host, 0};
     std::deque<std::vector<std::uint8_t>> waiting_;
 };
 

@@ -12,8 +12,12 @@
 #include "board/host/commands/option_values.hpp"
 #include "board/linux/device_inquiry.hpp"
 #include "board/linux/device_list.hpp"
+#include "board/linux/device_parameters.hpp"
+#include "board/linux/device_uri.hpp"
+#include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
+#include "board/support/line_reader.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/progress.hpp"
 #include "board/support/terminal_text.hpp"
@@ -39,6 +43,8 @@ struct DeviceCommand {
     std::vector<double> towards;
     bool clear = false;
     bool levels = false;
+    std::string act;
+    std::vector<std::string> words;
 };
 
 int list_devices(const DeviceCommand& command) {
@@ -313,6 +319,54 @@ int enter_loader(const DeviceCommand& command) {
     return to_int(ExitCode::fine);
 }
 
+/// Throws InputError if another device of the CAN bus answers to this node.
+void refuse_taken_node(const std::string& place, std::uint64_t own_serial) {
+    std::uint64_t serial = own_serial;
+    try {
+        serial = linux_board::DeviceInquiry(place, 0.3).identify().serial;
+    } catch (const DeviceError&) {  // no answer
+    }
+    refuse_if(serial != own_serial, "{}: this node is taken by the device with serial number {}; choose another", place, serial);
+}
+
+int configure(const DeviceCommand& command) {
+    const bool sets = command.act == "set";
+    const bool restores = command.act == "restore";
+    const std::size_t count = command.words.size();
+    refuse_if(sets ? count == 0 : count != (restores || command.act == "dump" ? 1 : 0),
+              "device config {}: set takes KEY=VALUE ..., dump and restore take a file, get and save nothing", command.act);
+    const std::string file = count == 0 || sets ? "argument" : command.words.front();
+    const std::string text = restores ? read_text(file, kLongestToml) : sets ? linux_board::parameters_toml(command.words) : "";
+    (void)linux_board::parameters_of(file, text, protocol::kDefaultParameters, restores);  // before the device is asked
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
+    const protocol::ParametersMessage message = inquiry.read_parameters();
+    const protocol::ParameterValues& old = message.values;
+    if (command.act == "get" || command.act == "dump") {
+        constexpr std::array<const char*, 4> kOrigins{"defaults", "saved", "defaults, the saved ones are damaged", "not saved"};
+        const std::string all =
+            fmt::format("# {}: {}\n{}", command.uri, kOrigins[message.origin], linux_board::parameters_toml(old));
+        command.act == "get" ? print_text(all) : write_whole_file(file, all);
+        return to_int(ExitCode::fine);
+    }
+    const auto wanted = linux_board::parameters_of(file, text, old, restores);
+    const linux_board::DeviceUri bus = linux_board::parse_device_uri(command.uri);
+    if (bus.kind == linux_board::LinkKind::can && wanted[protocol::kNode] != old[protocol::kNode]) {
+        refuse_taken_node(fmt::format("can:{}#{}", bus.path, wanted[protocol::kNode]), inquiry.identify().serial);
+    }
+    for (std::size_t n = 0; n < wanted.size(); ++n) {
+        if (wanted[n] != old[n]) {
+            inquiry.order("set parameter", static_cast<protocol::Opcode>(64 + n), wanted[n]);
+        }
+    }
+    if (!sets) {
+        inquiry.order("save parameters", protocol::Opcode::save_parameters, 0);
+    }
+    print_text("{}: {}\n", command.uri,
+               sets ? "set until power-off; to keep it, press the button, then: tricoil device config save " + command.uri
+                    : "saved; node, bit rates and start hold from the next power-on");
+    return to_int(ExitCode::fine);
+}
+
 }  // namespace
 
 void add_device_command(CLI::App* sub, Action& action) {
@@ -384,6 +438,14 @@ void add_device_command(CLI::App* sub, Action& action) {
         ->add_flag("--clear", command->clear, "Clear the boresight");
     add_wait(add_device(add("loader", "Restart a device in its boot loader, to write new firmware; press its button first",
                             {"new firmware, with dfu-util", "tricoil device loader can:can0"}, &enter_loader)));
+    CLI::App* const config =
+        add("config", "Parameters that a tracker board keeps: node, bit rates, start, mode, name, hemisphere", {}, &configure);
+    one_of(config->add_option("act", command->act, "set: until power-off; save: keep, after a press of the button"),
+           {"get", "set", "save", "dump", "restore"})
+        ->required();
+    add_wait(add_device(config))->add_option("words", command->words, "set: KEY=VALUE ...; dump, restore: FILE");
+    set_examples(config, {{"the parameters", "tricoil device config get can:can0"},
+                          {"a second board on the bus", "tricoil device config set can:can0 node=1 name=left"}});
     CLI::App* const captured = add_wait(
         add_device(add("capture", "Record raw samples of every coil, for tricoil demodulate",
                        {"raw samples of every coil", "tricoil device capture can:can0 --out capture.csv"}, &capture_blocks)));

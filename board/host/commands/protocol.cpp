@@ -77,7 +77,7 @@ std::string dbc_file() {
 /// Beginning of the page. Arguments: version, longest message.
 constexpr const char* kIntroduction = R"(# Wire protocol, version {}
 
-Generated from `schema.hpp` by `tricoil protocol`; do not edit. Numbers are little-endian; physical value = scale x number. A number
+Generated from `schema.hpp` by `tricoil protocol`; do not edit. Numbers are little-endian; physical value = scale x number (scale: 1 by default). A number
 outside the range of its field makes the message invalid; without a range, that of the type holds. Messages with an unknown version
 or type are refused and counted. Every message begins with the same fields:
 
@@ -98,7 +98,7 @@ it switches the coils off and becomes idle. If the host drives the coils, it rep
 sequence. A column echoes the state sequence of its measurement; a flag marks a column during which the coils changed.
 
 A command that is not executed is answered by `ack` with the reason. A device with several links sends its stream to each host
-that has sent start, until this host sends stop or is silent. Without such a host the coils are off. Arguments of commands:
+that has sent start, until this host sends stop or is silent. Without such a host, or the parameter start, the coils are off.
 
 | command | argument |
 |---|---|
@@ -111,14 +111,15 @@ that has sent start, until this host sends stop or is silent. Without such a hos
 | boresight | 1: the present attitude becomes zero; 0: removes this correction |
 | loader | 0x4C4F4144 |
 
-A tracker board executes loader, and stores a calibration, only after a press of its button: one of them within 60 s. Otherwise it
-answers `ack` refused with the argument 1.
+A tracker board executes loader, and stores a calibration or parameters, only after a press of its button: one of them within 60 s;
+otherwise `ack` refused has the argument 1.
 )";
 
 /// A row of a message's table. An empty range is that of the type.
 std::string row(const std::string& bytes, const std::string& names, const FieldInfo& f) {
     const bool any = f.low == lowest(f.type) && f.high == highest(f.type);
-    return fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", bytes, names, name_of(f.type), f.scale, f.unit,
+    return fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", bytes, names, name_of(f.type),
+                       f.scale == 1 ? "" : fmt::format("{}", f.scale), f.unit,
                        any ? "" : fmt::format("{:.6g} to {:.6g}", f.scale * f.low, f.scale * f.high), f.what);
 }
 

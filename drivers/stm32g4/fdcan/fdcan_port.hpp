@@ -33,6 +33,13 @@ public:
           params_(params),
           exchange_(protocol::CanSide::device, params.node) {}
 
+    /// Node and bit rates from the next open() on.
+    void set_bus(const protocol::ParameterValues& kept) {
+        exchange_.set_node(params_.node = static_cast<std::uint8_t>(kept[protocol::kNode]));
+        params_.bit_rate = kept[protocol::kBitRate];
+        params_.data_bit_rate = kept[protocol::kDataBitRate];
+    }
+
     /// Call from the handler of interrupt line 0: takes one frame, sends one frame.
     void on_interrupt();
 
