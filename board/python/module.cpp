@@ -37,9 +37,6 @@ PYBIND11_MODULE(_tricoil, module) {
     module.attr("MAX_DEVIATION_M") = tracking::CommonParams<double>{}.max_deviation_m;
     module.attr("MAX_MISFIT") = tracking::CommonParams<double>{}.max_misfit;
     add_command(module);
-#ifdef TRICOIL_WITH_CALIBRATION
-    add_evaluation(module);
-#endif
     add_figures(module);
     add_generator(module);
     add_run(module);

@@ -16,7 +16,6 @@ inline std::optional<calibration::Calibration<double>> calibration_of(const std:
 }
 
 void add_command(pybind11::module_& module);
-void add_evaluation(pybind11::module_& module);
 void add_figures(pybind11::module_& module);
 void add_generator(pybind11::module_& module);
 void add_run(pybind11::module_& module);

@@ -55,23 +55,6 @@ struct SmoothedRow {
     double rate_covariance[6][6]{};  // of velocity, then angular rate
 };
 
-/// Error of one pose of the evaluation: tracker minus stage, source frame.
-struct EvaluatedRow {
-    std::uint32_t file = 0;
-    std::uint32_t line = 0;
-    std::int32_t iterations = 0;
-    bool converged = false;
-    double truth_m[3]{};
-    double error_m[3]{};
-    double rotation_error_rad[3]{};
-    double stage_rotation[9]{};
-    double misfit_share = 0;
-    double misfit_floor = 0;         // with it, the misfit has the limit of the flag `distorted`
-    double sigmas = 0;               // of the position error, by the stated covariance
-    double deviation_m = 0;          // stated, 3D; 0: the calibration has no floor
-    double surroundings_change = 0;  // relative; NaN: unknown
-};
-
 /// One update of the paper's simulation.
 struct UpdateRow {
     double time_s = 0;

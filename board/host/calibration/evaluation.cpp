@@ -13,8 +13,8 @@
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/statistics.hpp"
 #include "board/support/terminal_text.hpp"
-#include "core/base/angle_units.hpp"
 #include "core/calibration/coil_correction.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/linear/eigen.hpp"
@@ -189,31 +189,6 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
         errors.push_back(error);
     });
     return errors;
-}
-
-ErrorBand error_band(const std::vector<EvaluatedPose>& errors) {
-    std::vector<double> position_m;
-    std::vector<double> orientation_deg;
-    for (const EvaluatedPose& e : errors) {
-        if (e.converged) {
-            position_m.push_back(e.error_m.norm());
-            orientation_deg.push_back(kDegrees * e.rotation_error_rad.norm());
-        }
-    }
-    return {summarise(position_m), summarise(orientation_deg)};
-}
-
-std::string places_not_converged(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files) {
-    constexpr std::size_t kNamed = 5;
-    std::vector<std::string> places;
-    for (const EvaluatedPose& e : errors) {
-        if (!e.converged) {
-            places.push_back(fmt::format("{}:{}", files[e.file].path, e.line));
-        }
-    }
-    const std::size_t named = std::min(places.size(), kNamed);
-    const std::string more = places.size() > named ? fmt::format(" and {} more", places.size() - named) : "";
-    return fmt::format("{}{}", fmt::join(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(named), ", "), more);
 }
 
 namespace {

@@ -7,7 +7,6 @@
 
 #include "board/host/calibration/pose_set.hpp"
 #include "board/support/calibration_file.hpp"
-#include "board/support/statistics.hpp"
 
 namespace tricoil::host {
 
@@ -29,11 +28,6 @@ struct EvaluatedPose {
     double unexplained_share = 0;               // that the true pose does not explain, at most 1
 };
 
-struct ErrorBand {
-    ErrorSummary position_m;
-    ErrorSummary orientation_deg;
-};
-
 struct Fixtures {
     const Rigid& source_stage;
     const Rigid& mount_sensor;
@@ -46,12 +40,6 @@ Fixtures fixtures_of(const CalibrationFile& calibration, const PoseFile& file);
 /// converge are marked. Throws InputError like fixtures_of(), and for couplings without a pose.
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                     EvaluationSolver solver);
-
-/// Errors of the poses that converged.
-ErrorBand error_band(const std::vector<EvaluatedPose>& errors);
-
-/// Places FILE:LINE of the poses without a solution; empty if there are none.
-std::string places_not_converged(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files);
 
 /// Calls use(index of the file, pose, true pose) for each pose. Throws InputError like fixtures_of().
 void for_each_pose(const CalibrationFile& calibration, std::vector<PoseFile> files,

@@ -210,11 +210,10 @@ void add_model(CLI::App* kind, FitModel& model) {
               "concentric: gains and angles; general: also a position for each coil; finite: also a size");
 }
 
-void fixture_names(CLI::Option* option) {
-    option
-        ->description(
-            "Fixtures of a file, instead of those in its name: FILE=soSOURCE_seSENSOR, or FILE=SOURCE (may be given several "
-            "times)")
+void add_fixture_names(CLI::App* kind, std::vector<std::string>& names) {
+    kind->add_option("--fixture", names,
+                     "Fixtures of a file, instead of those in its name: FILE=soSOURCE_seSENSOR, or FILE=SOURCE (may be given "
+                     "several times)")
         ->type_name("FILE=NAME")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

@@ -2,6 +2,7 @@
 
 #include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
+#include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/calibrations.hpp"
@@ -160,7 +161,7 @@ void add_kind_on_stage(CLI::App* kind, const std::shared_ptr<StageCommand>& c, A
               "in the position in the room, and a uniform stray field (room; the default for several mountings of the source)");
     c->stage_option = kind->get_option("--stage");
     wiring_file(kind, c->files.wiring);
-    fixture_names(kind->add_option("--fixture", c->fixture_names));
+    add_fixture_names(kind, c->fixture_names);
     add_out_and_blob(kind, c->files);
     set_fit(kind, action, c, calibrate_on_stage, stage_text);
 }

@@ -72,8 +72,8 @@ void add_named(CLI::App* kind, const std::string& option, Enum& value, const std
         ->default_str(names[static_cast<std::size_t>(value)]);
 }
 void add_model(CLI::App* kind, FitModel& model);
-/// Of --fixture FILE=NAME.
-void fixture_names(CLI::Option* option);
+/// --fixture FILE=NAME.
+void add_fixture_names(CLI::App* kind, std::vector<std::string>& names);
 
 /// Calibration with the errors of the converters and the pick-up in --converters-from; ideal without it. Throws InputError if the
 /// file has none.

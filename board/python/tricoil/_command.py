@@ -76,19 +76,6 @@ def _of_type(message):
     return f"an argument has the wrong type ({message})"
 
 
-def _evaluated(files, options):
-    from . import _evaluate
-
-    is_drawn = not options.pop("csv_only", False) and "out" in options
-    try:
-        result, _ = _evaluate.run(files, **options)
-    except TypeError as error:
-        raise ValueError(f"evaluate: {_of_type(str(error))}") from None
-    if is_drawn:
-        _evaluate.draw(options["out"])
-    return result
-
-
 def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     """Result of a command of the program, as `tricoil NAME ... --json` prints it.
 
@@ -111,14 +98,19 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
             if not is_numerical(error):
                 raise
             raise ValueError(NUMERICAL.format(error)) from None
+    draws = name == "evaluate" and options.get("out") and not options.get("csv_only")
+    if draws:
+        options["csv_only"] = True
     with _array_file.as_text(arguments) as (files, named):
         words = [*name.split(), *_words(options), "--json", "--", *files]
         try:
-            if name == "evaluate" and hasattr(_tricoil, "evaluated_poses"):  # not without Ceres
-                return _evaluated(files, {key: value for key, value in options.items() if value not in (None, False) and key != "json"})
             _, text = _tricoil.command(words if files else words[:-1])
         except ValueError as error:
             raise ValueError(own_names(named(str(error)))) from None
+    if draws:
+        from ._drawing import draw_beside
+
+        draw_beside(os.fspath(options["out"]), "pose_errors.csv", "error_vectors.svg")
     return json.loads(named(text))
 
 

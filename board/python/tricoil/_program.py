@@ -76,27 +76,14 @@ def put_written(as_json, *outputs):
 
 
 def evaluate(options, files):
+    from tricoil import _dynamic
+
     as_json = options.pop("json", False)
-    if options.pop("dynamic", False):
-        from tricoil import _dynamic
-
-        options.pop("solver", None)
-        if len(files) != 2 or options.keys() & {"calibration", "refit_fixtures", "stage_from", "fixture", "wiring"}:
-            raise ValueError("--dynamic takes two files, TRUTH and POSES, no calibration and no wiring")
-        result = _dynamic.evaluate(files, **options)
-        put_result(result, as_json, _dynamic.text(result))
-        put_written(as_json, options.get("out"))
-        return
-    from tricoil import _evaluate
-
-    is_drawn = not options.pop("csv_only", False) and "out" in options
-    result, notice = _evaluate.run(files, **options)
-    put_result(result, as_json, _evaluate.text(result))
-    if result["poses_not_converged"]:
-        put(f"tricoil: {notice}\n", sys.stderr)
-    if is_drawn:
-        _evaluate.draw(options["out"])
-    sys.exit(1 if result["poses_not_converged"] else 0)
+    options.pop("dynamic", None)
+    options.pop("solver", None)
+    result = _dynamic.evaluate(files, **options)
+    put_result(result, as_json, _dynamic.text(result))
+    put_written(as_json, options.get("out"))
 
 
 def motion(options, files):
@@ -217,6 +204,14 @@ def plot(options, files):
     put_result(result, as_json, _plot_command.text(result), out)
 
 
+def evaluate_picture(options, files):
+    """The picture of evaluate --out, which has printed its result."""
+    from tricoil import _drawing
+
+    _drawing.draw_beside(options["out"], "pose_errors.csv", "error_vectors.svg")
+    sys.exit(int(options["code"]))
+
+
 def table(_, files):
     """The text of a file of arrays, which the program reads as a table."""
     from tricoil._array_file import table_of
@@ -227,9 +222,9 @@ def table(_, files):
 
 
 COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodulate": demodulate, "design": design, "evaluate": evaluate,
-            "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "table": table, "truth": truth,
+            "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "table": table, "truth": truth,
             "wiring": wiring, **{name: of_generator(name) for name in ("simulate", "solve", "calibrate")}}
-WITHOUT_SCIPY = ("evaluate", "figures", "plot", "table")
+WITHOUT_SCIPY = ("evaluate-picture", "figures", "plot", "table")
 
 
 class Interrupted(KeyboardInterrupt):
@@ -251,7 +246,7 @@ def is_numerical(error):
 def start(name, words):
     # Of matplotlib: its list of fonts is kept where it is for every program; no folder of settings is read or made.
     os.environ["MPLCONFIGDIR"] = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "matplotlib")
-    for module in ("numpy",) if name in WITHOUT_SCIPY and "--dynamic" not in words else ("numpy", "scipy"):
+    for module in ("numpy",) if name in WITHOUT_SCIPY else ("numpy", "scipy"):
         if importlib.util.find_spec(module) is None:
             refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy", 3)
     find_package()
