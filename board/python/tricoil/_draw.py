@@ -10,6 +10,7 @@ Exit status 2: the last line of the standard error is a message for the user. 3:
 import csv
 import functools
 import importlib.util
+import io
 import itertools
 import math
 import os
@@ -29,6 +30,9 @@ DOTS = {"color": RED, "ls": "", "marker": "o", "mew": 0}
 
 
 UNITS_PER_M = {"m": 1, "mm": 1e3, "cm": 1e2, "in": 1 / 0.0254}
+
+
+MOST_CHARACTERS = 1 << 28  # of a file of poses
 
 
 class Refused(Exception):
@@ -260,10 +264,18 @@ def dynamic_errors():
 # Poses
 
 
+def text_of(file, name):
+    with open(file, encoding="utf-8", errors="replace") as opened:
+        text = opened.read(MOST_CHARACTERS + 1)
+    if len(text) > MOST_CHARACTERS:
+        raise Refused(f"{name}: is longer than {MOST_CHARACTERS >> 20} MiB; is it the right file?")
+    return text
+
+
 def read_poses(file, name, flags):
     """Unit of the positions, and rows by sensor: time_s, valid, flags, x, y, z, standard deviation and error, NaN if unknown."""
     sensors = {}
-    with open(file, encoding="utf-8", errors="replace") as lines:
+    with io.StringIO(text_of(file, name)) as lines:
         header = next(lines, None)
         if header is None:
             raise Refused(f"{name}: is empty")
