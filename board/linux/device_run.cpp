@@ -39,10 +39,11 @@ void print_realtime_refusals(const DeviceConfig& config, const RealtimeStatus& r
     }
 }
 
-/// While an object exists, a closed pipe or a file size limit is a failed write and does not end the program, because the coils
-/// must be switched off first.
+/// While an object exists, a closed pipe or a file size limit is a failed write and does not end the program, and standard error
+/// is not waited for, because the coils must be switched off first.
 class IgnoredWriteSignals {
 public:
+    IgnoredWriteSignals() { host::do_not_wait_for_standard_error(); }
     ~IgnoredWriteSignals() {
         std::signal(SIGPIPE, pipe_);
         std::signal(SIGXFSZ, size_);

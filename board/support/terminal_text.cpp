@@ -1,5 +1,6 @@
 #include "board/support/terminal_text.hpp"
 
+#include <poll.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -56,6 +57,8 @@ std::string coloured_line(std::string line) {
 volatile std::sig_atomic_t reader_gone = 0;
 
 std::atomic<bool> text_on_stderr = false;
+std::atomic<bool> waits_for_standard_error = true;
+std::atomic<int> left_out = 0;  // texts, since the last one
 std::atomic<Verbosity> chosen_verbosity = Verbosity::normal;
 
 std::atomic<std::FILE*> status_line = nullptr;  // the terminal that shows one; null: none
@@ -76,7 +79,23 @@ bool is_c1_control(std::string_view text, std::size_t at) {
 
 void put(std::string_view text, std::FILE* file) { (void)std::fwrite(text.data(), 1, text.size(), file); }
 
+/// True if standard error takes a line now. Then tells how many it did not take before.
+bool takes_notice() {
+    pollfd ready{STDERR_FILENO, POLLOUT, 0};
+    if (!waits_for_standard_error && ::poll(&ready, 1, 0) == 0) {
+        ++left_out;
+        return false;
+    }
+    if (const int count = left_out.exchange(0); count > 0) {
+        put(fmt::format("tricoil: standard error took no text: {} lines were left out\n", count), stderr);
+    }
+    return true;
+}
+
 void print(std::string_view text, std::FILE* file) {
+    if (file == stderr && !takes_notice()) {
+        return;
+    }
     if (status_line != nullptr) {
         (void)draw_status_line(status_line, "");
     }
@@ -122,6 +141,8 @@ void print_text(std::string_view text) {
 
 void print_text_to_standard_error() { text_on_stderr = true; }
 
+void do_not_wait_for_standard_error() { waits_for_standard_error = false; }
+
 void set_verbosity(Verbosity verbosity) { chosen_verbosity = verbosity; }
 bool is_quiet() { return chosen_verbosity == Verbosity::quiet; }
 
@@ -144,7 +165,9 @@ void print_error(std::string_view program, std::string_view text) {
     if (status_line != nullptr) {
         (void)draw_status_line(status_line, "");
     }
-    put((has_colours(stderr) ? painted(label, Colour::red) : label) + " " + one_line(text) + "\n", stderr);
+    if (takes_notice()) {
+        put((has_colours(stderr) ? painted(label, Colour::red) : label) + " " + one_line(text) + "\n", stderr);
+    }
 }
 
 int exit_code_of(std::string_view program, const std::function<int()>& run) {

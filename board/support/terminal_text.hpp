@@ -22,6 +22,8 @@ std::string one_line(std::string_view text);
 void print_text(std::string_view text);
 /// From now on print_text() prints to standard error, because the standard output has data.
 void print_text_to_standard_error();
+/// From now on, text that standard error does not take at once is left out: a stopped terminal or log must not stop tracking.
+void do_not_wait_for_standard_error();
 enum class Verbosity { quiet, normal, verbose };
 /// From now on: quiet prints no hints and no progress, verbose also details. Notices and errors are always printed.
 void set_verbosity(Verbosity verbosity);

@@ -7,6 +7,7 @@ option without a row fails.
 import os
 import pathlib
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import tempfile
 import unittest
 
 ENOSPC = 28
+MOST_MEMORY = 8 << 30  # of the address space; files of up to 256 MiB are read, as text of several bytes a character
 DELAY_MS = 5
 HERE = pathlib.Path(__file__).resolve().parent
 STAGE = "stage/soYoutZup_seYoutZup_1.dat"
@@ -207,6 +209,23 @@ class OutputTable(unittest.TestCase):
                 seen.add(command)
         if os.environ.get("TRICOIL_WITH_PYTHON") != "0":
             self.assertEqual(seen, PYTHON - {"design", "figures"} | READING.keys())
+
+    def test_an_input_without_an_end_is_refused(self):
+        """A link to a device that gives zeros for ever."""
+        endless = self.folder / "endless.csv"
+        endless.symlink_to("/dev/zero")
+        limits = resource.getrlimit(resource.RLIMIT_AS)
+        for command, words in self.reading_rows():
+            with self.subTest(command, words=words):
+                out = self.fresh()
+                out.mkdir()
+                resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, limits[1]))
+                try:
+                    done = self.run_row(command, words.format(out=out / "result", folder=out, input=endless))
+                finally:
+                    resource.setrlimit(resource.RLIMIT_AS, limits)
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertRegex(done.stderr, r"^tricoil: .+\n$")
 
     def fresh(self):
         """Path of an output that is not there."""

@@ -46,6 +46,32 @@ TEST(ServeProgram, ALostSensorIsLogged) {
     EXPECT_THAT(wait_for("again"), ::testing::HasSubstr("tricoil: serve: sensor 1: valid poses again"));
 }
 
+/// A terminal that the user has stopped, or a log that is not read.
+TEST(ServeProgram, AStandardErrorThatTakesNothingStopsNoPoses) {
+    std::array<int, 2> log{};
+    ASSERT_EQ(pipe(log.data()), 0);
+    const int size = fcntl(log[1], F_SETPIPE_SZ, 4096);
+    const std::string filling(static_cast<std::size_t>(size), 'x');
+    ASSERT_EQ(write(log[1], filling.data(), filling.size()), size);
+    Serving serving({"--scenario", "still", "--fastrak", "tcp:0", "--json-lines", "tcp:0"}, log[1]);
+    const auto cause_notice = [&] {
+        const int client = connect_to(serving.port("fastrak"));
+        EXPECT_EQ(write(client, "N1,1,0,0\rP", 10), 10);
+        EXPECT_FALSE(read_for(client, std::chrono::seconds(10), 1).empty());
+        close(client);
+    };
+    cause_notice();
+    const int client = connect_to(serving.port("json_lines"));
+    EXPECT_GE(read_for(client, std::chrono::seconds(20), 20'000).size(), 20'000U);
+    close(client);
+    EXPECT_EQ(read_for(log[0], std::chrono::seconds(10), filling.size()), filling);
+    cause_notice();
+    EXPECT_THAT(read_for(log[0], std::chrono::seconds(10), 60), HasSubstr("standard error took no text: 1 lines were left out"));
+    EXPECT_EQ(serving.stop(SIGINT), 0);
+    close(log[0]);
+    close(log[1]);
+}
+
 TEST(ServeProgram, RefusesInvalidOutputs) {
     const std::vector<std::pair<std::string, std::string>> lines{
         {"", "serve: no output; add --fastrak, "},

@@ -23,16 +23,16 @@ namespace tricoil::test {
 
 using Clock = std::chrono::steady_clock;
 
-/// The program; runs until the end of this object's lifetime.
+/// The program; runs until the end of this object's lifetime. standard_error: its descriptor; -1: a file.
 class Serving {
 public:
-    explicit Serving(const std::vector<std::string>& options) {
+    explicit Serving(const std::vector<std::string>& options, int standard_error = -1) {
         std::array<int, 2> out{};
         EXPECT_EQ(pipe(out.data()), 0);
         pid_ = fork();
         if (pid_ == 0) {
             dup2(out[1], STDOUT_FILENO);
-            dup2(open(err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+            dup2(standard_error >= 0 ? standard_error : open(err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
             std::vector<std::string> all{TRICOIL_PROGRAM, "serve", "--json"};
             all.insert(all.end(), options.begin(), options.end());
             std::vector<char*> arguments;

@@ -8,6 +8,7 @@
 
 #include "board/host/serve/pose_hub.hpp"
 #include "board/host/serve/stream.hpp"
+#include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -37,6 +38,7 @@ void Server::wake() {
 }
 
 void Server::start() {
+    do_not_wait_for_standard_error();
     for (Loop* loop : {&main_, &apart_}) {
         if (!loop->services.empty()) {
             loop->thread = std::thread([this, loop, next = hub_.cursor()] { loop->run(hub_, next, ends_); });

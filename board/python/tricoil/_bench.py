@@ -16,6 +16,7 @@ from ._bench_turn import hinge, is_hinge, pendulum
 from ._board import Board, read_board
 from ._output_file import refuse_input_as_output, write_whole
 from ._poses import READER_OPTIONS, PoseError, Poses, read, refuse_others
+from ._whole_file import read_whole
 
 LEAST_FOR_BOARD = 3
 LEAST = 20
@@ -247,8 +248,7 @@ def points_csv(result: dict) -> str:
 
 def plus_pair(file):
     """Names of the tool and of the reference in a sequence of PlusToolkit that has these two only; otherwise None twice."""
-    with open(file, "rb") as data:
-        names = dict.fromkeys(re.findall(rb"^Seq_Frame[0-9]+_(\w+Transform) =", data.read(), re.M))
+    names = dict.fromkeys(re.findall(rb"^Seq_Frame[0-9]+_(\w+Transform) =", read_whole(file), re.M))
     others = [name.decode() for name in names if name != REFERENCE.encode() and not name.startswith(b"ImageTo")]
     return (others[0], REFERENCE) if REFERENCE.encode() in names and len(others) == 1 else (None, None)
 

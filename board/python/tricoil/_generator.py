@@ -3,16 +3,19 @@
 import dataclasses
 import json
 import os
+import re
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _tricoil
 from ._model import _finite, _numbers, _rows
+from ._whole_file import MOST_TOML_BYTES, read_whole
 
 MOST_COILS = 16
 FILE_KEYS, COIL_KEYS = ("coil", "sensor", "crosstalk", "left_handed_stage"), ("name", "position_m", "moment", "octupole_m2", "misfit")
 SENSOR_KEYS = ("number", "gain", "offset_m", "axis")
+LONG_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){16}""")  # tomllib's time grows with the square of the parts
 PLANAR_TURN = 2.4  # rad between the moments of neighbouring coils of the planar generator
 
 
@@ -177,11 +180,13 @@ def read_generator(path: str | os.PathLike) -> Generator:
     import tomllib  # of Python 3.11
 
     path = os.fspath(path)
-    with open(path, "rb") as file:
-        try:
-            tables = tomllib.load(file)
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"{path}: no TOML file: {error}") from None
+    try:
+        data = read_whole(path, MOST_TOML_BYTES)
+        if LONG_KEY.search(data):
+            raise ValueError(f"{path}: a key has more than 16 parts; is it the right file?")
+        tables = tomllib.loads(data.decode())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ValueError(f"{path}: no TOML file: {error}") from None
     coils, sensors = tables.get("coil", []), tables.get("sensor", [])
     if not isinstance(coils, list) or not coils or not all(isinstance(one, dict) and isinstance(one.get("name"), str) for one in coils):
         raise ValueError(f"{path}: no generator; it needs a table [[coil]] with name, position_m and moment for each coil")

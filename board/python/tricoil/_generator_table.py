@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from ._byte_stream import ByteStream
 from ._rotation import rotations
-from ._table_rows import Table
+from ._table_rows import LONGEST_LINE, Table
+from ._whole_file import read_whole
 
 POSE, AXIS, TURN = ("x_m", "y_m", "z_m"), ("nx", "ny", "nz"), ("qw", "qx", "qy", "qz")
 KNOWN = (*POSE, *AXIS, *TURN, "time_s", "sensor", "sigma")
@@ -37,7 +38,7 @@ class Frames:
 
 def _words_of(path):
     with open(path, encoding="utf-8", errors="replace") as file:
-        return next((words for words in map(str.split, file) if words), [])
+        return next((words for words in map(str.split, file.read(LONGEST_LINE).splitlines()) if words), [])
 
 
 def _is_stage(path):
@@ -48,18 +49,17 @@ def _is_stage(path):
 def _stage_rows(path):
     """Stage poses (M, 6), m and degrees, and couplings (M, 3 sensor coils, 3 source coils)."""
     rows = []
-    with open(path, encoding="utf-8", errors="replace") as file:
-        for number, line in enumerate(file, 1):
-            words = line.split()
-            if not words:
-                continue
-            try:
-                values = [float(word) for word in words[:6]] + [complex(word.replace("i", "j")) for word in words[6:STAGE_COLUMNS]]
-            except ValueError:
-                values = []
-            if len(values) != STAGE_COLUMNS or not np.all(np.isfinite(values)):
-                raise ValueError(f"{path}:{number}: needs six numbers of the stage and nine complex couplings")
-            rows.append(values)
+    for number, line in enumerate(read_whole(path).decode(errors="replace").splitlines(), 1):
+        words = line.split()
+        if not words:
+            continue
+        try:
+            values = [float(word) for word in words[:6]] + [complex(word.replace("i", "j")) for word in words[6:STAGE_COLUMNS]]
+        except ValueError:
+            values = []
+        if len(values) != STAGE_COLUMNS or not np.all(np.isfinite(values)):
+            raise ValueError(f"{path}:{number}: needs six numbers of the stage and nine complex couplings")
+        rows.append(values)
     table = np.array(rows)
     poses = table[:, :6].real * np.array([1e-3] * 3 + [1.0] * 3)
     couplings = np.sign(table[:, 6:].real) * abs(table[:, 6:])

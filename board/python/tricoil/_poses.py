@@ -12,6 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ._whole_file import MOST_BYTES, read_whole
+
 FARTHEST_M = 20.0  # the median distance of a file whose unit is not given; a tracker, or a motion laboratory, is smaller
 LARGEST_M, LARGEST_S = 1e6, 1e12  # of a position and a time; larger ones are broken numbers
 NEAR_M = 3.0  # the usual distance in such a place
@@ -23,17 +25,14 @@ class PoseError(ValueError):
     """A message for the user: file, line, column and what was expected."""
 
 
-def content_of(name: str, largest_bytes: int | None = None) -> bytes:
+def content_of(name: str, largest_bytes: int = MOST_BYTES) -> bytes:
     """Of a file that is not empty; arrays of NumPy and MATLAB as a table. Raises PoseError, OSError."""
     from ._array_file import is_array_file, table_of
 
-    with open(name, "rb") as file:
-        data = file.read() if largest_bytes is None else file.read(largest_bytes + 1)
-    if largest_bytes is not None and len(data) > largest_bytes:
-        raise PoseError(f"{name}: is larger than {largest_bytes / 1e6:.0f} MB")
-    if not data.strip():
-        raise PoseError(f"{name}: is empty")
     try:
+        data = read_whole(name, largest_bytes)
+        if not data.strip():
+            raise PoseError(f"{name}: is empty")
         return table_of(data, name) if is_array_file(data) else data
     except ValueError as error:
         raise PoseError(str(error)) from None

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ._progress import bar
+from ._whole_file import read_whole
 
 
 def _points(grid):
@@ -67,8 +68,7 @@ def _read(path, function):
     done = {}
     if path is None or not os.path.exists(path):
         return done
-    with open(path, encoding="utf-8") as file:
-        text = file.read()
+    text = read_whole(path).decode()
     whole = text[: text.rfind("\n") + 1]
     if len(whole) < len(text) and not text[len(whole) :].startswith("{"):
         raise ValueError(f"{path}: not the file of a sweep; give another file")
