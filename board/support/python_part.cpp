@@ -1,5 +1,6 @@
 #include "board/support/python_part.hpp"
 
+#include <dlfcn.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -42,12 +43,17 @@ drivers::FileDescriptor plain_text_of(const std::string& path) {
         std::fflush(file.get());
         return table;
     }
-    const std::string script = program_part("_program.py", path);
+    Dl_info own{};
+    ::dladdr(reinterpret_cast<const void*>(&plain_text_of), &own);
+    const std::filesystem::path object(own.dli_fname);
+    const bool is_package = object.filename().string().starts_with("_tricoil.");  // the Python module
+    const std::string python = is_package ? std::filesystem::read_symlink("/proc/self/exe").string() : kPython;
+    const std::string script = is_package ? object.parent_path() / "_program.py" : program_part("_program.py", path);
     const pid_t child = table.is_open() ? ::fork() : -1;
     if (child == 0) {
         ::dup2(table.get(), STDOUT_FILENO);
         ::dup2(table.get(), STDERR_FILENO);
-        ::execl(kPython, kPython, "-I", script.c_str(), "table", "--", path.c_str(), nullptr);
+        ::execl(python.c_str(), python.c_str(), "-I", script.c_str(), "table", "--", path.c_str(), nullptr);
         ::_exit(127);
     }
     int status = -1;

@@ -107,6 +107,8 @@ class Arrays(FolderCase):
             for path, one in zip(paths, done[1:]):
                 self.assertEqual(one.returncode, 0, one.stderr)
                 self.assertEqual(one.stdout.replace(path, folder), done[0].stdout, path)
+        for path in paths:
+            self.assertEqual(len(tricoil.run(trajectory=path, duration_s=0.3).poses), len(tricoil.run(trajectory=folder, duration_s=0.3).poses), path)
         path = self.path("new.mat")
         for data, message in ((b"MATLAB 7.3 MAT-file, Platform" + bytes(600), f"{path}: is a MAT file of version 7.3 (HDF5); save it in MATLAB with -v7"),
                               (b"MATLAB 5.0 MAT-file".ljust(126) + b"IM" + bytes([14, 0, 0, 0, 99]), f"{path}: the file is damaged")):

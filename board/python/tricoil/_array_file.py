@@ -1,17 +1,13 @@
 """Tables and samples in NumPy files (.npy, .npz) and MATLAB files (.mat, version 5)."""
 
-import contextlib
 import io
-import os
 import re
-import tempfile
 import zipfile
 
 import numpy as np
 
 from ._mat_file import read_mat
 
-ENDINGS = (".npy", ".npz", ".mat")
 NPY, ZIP, MAT, HDF = b"\x93NUMPY", b"PK\x03\x04", b"MATLAB 5.0 MAT-file", (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n\x1a\n")
 FIRST_BYTES = 20  # that tell the format
 WXYZ = ("qw", "qx", "qy", "qz")
@@ -105,26 +101,3 @@ def samples_of(data: bytes, path: str):
     arrays = list(arrays_of(data, path).values())
     largest = max(arrays, key=lambda array: array.size)
     return largest if largest.ndim != 1 else np.column_stack([array for array in arrays if array.shape == largest.shape])
-
-
-@contextlib.contextmanager
-def as_text(arguments):
-    """Words of a command, in which files of arrays are replaced by tables; and a function that gives messages the original names."""
-    with contextlib.ExitStack() as folders:
-        words, original = [], {}
-        for argument in map(os.fspath, arguments):
-            if argument.endswith(ENDINGS) and os.path.isfile(argument):
-                with open(argument, "rb") as file:
-                    data = file.read()
-                place = os.path.join(folders.enter_context(tempfile.TemporaryDirectory()), os.path.basename(argument))
-                with open(place, "wb") as file:
-                    file.write(table_of(data, argument) if is_array_file(data) else data)
-                original[place], argument = argument, place
-            words.append(argument)
-
-        def named(message):
-            for place, name in original.items():
-                message = message.replace(place, name)
-            return message
-
-        yield words, named

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from . import _array_file, _tricoil
+from . import _tricoil
 from ._program import NUMERICAL, is_numerical
 
 
@@ -101,17 +101,16 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     draws = name == "evaluate" and options.get("out") and not options.get("csv_only")
     if draws:
         options["csv_only"] = True
-    with _array_file.as_text(arguments) as (files, named):
-        words = [*name.split(), *_words(options), "--json", "--", *files]
-        try:
-            _, text = _tricoil.command(words if files else words[:-1])
-        except ValueError as error:
-            raise ValueError(own_names(named(str(error)))) from None
+    words = [*name.split(), *_words(options), "--json", "--", *map(os.fspath, arguments)]
+    try:
+        _, text = _tricoil.command(words if arguments else words[:-1])
+    except ValueError as error:
+        raise ValueError(own_names(str(error))) from None
     if draws:
         from ._drawing import draw_beside
 
         draw_beside(os.fspath(options["out"]), "pose_errors.csv", "error_vectors.svg")
-    return json.loads(named(text))
+    return json.loads(text)
 
 
 def calibrate(files: Sequence[str | os.PathLike], out: str | os.PathLike, kind: str = "stage", **options: Any) -> dict:

@@ -42,7 +42,11 @@ def words_of(arguments):
 
 
 def find_package():
-    """Puts the package of this installation or build folder first; -I has left the user's folders out."""
+    """Puts the package of this file, installation or build folder first; -I has left the user's folders out."""
+    own = os.path.dirname(os.path.abspath(__file__))
+    if os.path.isfile(os.path.join(own, "_dynamic.py")):
+        sys.path.insert(0, os.path.dirname(own))
+        return
     prefix = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
     for folder in ("lib/python3/dist-packages", "board/python"):
         if os.path.isfile(os.path.join(prefix, folder, "tricoil", "_dynamic.py")):
