@@ -14,7 +14,7 @@ namespace tricoil::app {
 class CalibrationStore {
 public:
     static constexpr std::size_t kSlots = 2;
-    static constexpr std::size_t kRecordBytes = 608;  // smallest size of a slot
+    static constexpr std::size_t kRecordBytes = 616;  // smallest size of a slot
     static_assert(calibration::kMaxBlobBytes + 2 * hal::Storage::kWordBytes <= kRecordBytes);
 
     explicit CalibrationStore(hal::Storage& storage) : storage_(storage) {}

@@ -41,7 +41,7 @@ struct DeviceHardware {
 
 constexpr std::size_t kMaxPorts = 4;
 /// Longest message that the application sends or receives: a calibration, or a part of a raw block.
-constexpr std::size_t kMaxBoardMessage = 608;
+constexpr std::size_t kMaxBoardMessage = 616;
 static_assert(kMaxBoardMessage >= protocol::kFixedBytes<protocol::CalibrationMessage> + calibration::kMaxBlobBytes);
 
 /// One mode: plan from plan_acquisition(), and channel responses at its carriers.

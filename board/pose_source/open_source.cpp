@@ -140,8 +140,7 @@ std::unique_ptr<PoseSource> open_device(const std::string& name, const std::stri
         linux_board::set_device(config, name);
     }
     config.method = tracker.empty() ? config.method : tracker;
-    const auto calibration =
-        config.calibration.empty() ? std::nullopt : std::optional(read_calibration(config.calibration).calibration);
+    const auto calibration = config.calibration.empty() ? std::nullopt : std::optional(read_coils(config.calibration));
     return std::make_unique<PoseSource>(
         [&](auto& tap) { return std::shared_ptr<Source>(linux_board::open_link(config, calibration, tap)); }, false);
 }

@@ -12,7 +12,7 @@ namespace tricoil::python {
 
 /// Content of a file of tricoil calibrate; nothing for an empty name. Throws InputError.
 inline std::optional<calibration::Calibration<double>> calibration_of(const std::string& file) {
-    return file.empty() ? std::nullopt : std::optional(host::read_calibration(file).calibration);
+    return file.empty() ? std::nullopt : std::optional(host::read_coils(file));
 }
 
 void add_command(pybind11::module_& module);

@@ -101,7 +101,7 @@ void visit_tracker(Params& params, Visit&& visit) {
 template <typename Calibration, typename Visit>
 void visit_calibration(Calibration& known, Visit&& visit) {
     auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor, quadrature_floor, converters, pick_up,
-           low_band, surroundings_lag] = known;
+           errors, low_band, surroundings_lag] = known;
     static_cast<void>(converters);  // not a parameter of trackers: the columns are corrected before the trackers
     auto& [source_offset_m, source_moment, sensor_offset_m, sensor_sensitivity, source_octupole_m2, sensor_octupole_m2,
            surroundings] = model;
@@ -125,6 +125,8 @@ void visit_calibration(Calibration& known, Visit&& visit) {
     visit("pick_up", pick_up.in_phase);
     visit("pick_up_quadrature", pick_up.quadrature);
     visit("calibrated_pick_up_sigma", pick_up.sigma);
+    visit("coupling_constant_error", errors.coupling_constant);
+    visit("couplings_error", errors.couplings);
     visit("low_band_pick_up", low_band.pick_up.in_phase);
     visit("low_band_pick_up_quadrature", low_band.pick_up.quadrature);
     visit("low_band_pick_up_sigma", low_band.pick_up.sigma);

@@ -45,7 +45,9 @@ const std::set<std::string_view> kAddedLater{"surroundings",
                                              "filter",
                                              "filter_predict_ahead_us",
                                              "surroundings_quadrature",
-                                             "surroundings_deviation"};
+                                             "surroundings_deviation",
+                                             "coupling_constant_error",
+                                             "couplings_error"};
 
 /// The same for every field of the pick-up.
 bool is_added_later(std::string_view key) { return kAddedLater.contains(key) || key.find("pick_up") != std::string_view::npos; }

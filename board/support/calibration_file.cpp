@@ -205,6 +205,12 @@ std::string to_toml(const CalibrationFile& file) {
     text += "\n[couplings]\n" + line("phase_rad", c.phase_rad);
     text += pick_up_text("", c.pick_up) + low_band_text(c.low_band);
     text += converters_text(c.converters);
+    if (!c.errors.is_none()) {
+        text += fmt::format(
+            "\n# Relative standard deviations of this calibration's own errors.\n[errors]\nversion = 1\n"
+            "coupling_constant = {:.6g}\ncouplings = {:.6g}\n",
+            c.errors.coupling_constant, c.errors.couplings);
+    }
     text +=
         "\n[output]\n" + line("hemisphere", c.hemisphere) + line("linear", c.output_linear) + line("offset_m", c.output_offset_m);
     text += fmt::format("\n[stage]\nturns_left_handed = {}\n", file.stage_turns_left_handed ? 1 : 0);
@@ -256,6 +262,14 @@ CalibrationFile read_calibration(const std::string& path) {
     couplings.finish();
     sensor.finish();
     c.converters = read_converters(top);
+    auto deviations = top.child("errors");
+    if (top.has("errors")) {
+        deviations.need("version");
+        deviations.need("coupling_constant");
+    }
+    deviations.require(deviations.number("version", 1) == 1, "version", "is not 1; calibrate again with this software");
+    c.errors = {deviations.number("coupling_constant", 0), deviations.number("couplings", 0)};
+    deviations.finish();
     auto output = top.child("output");
     c.hemisphere = output.vector("hemisphere", c.hemisphere);
     c.output_linear = output.matrix("linear", c.output_linear);
@@ -291,6 +305,18 @@ CalibrationFile read_calibration(const std::string& path) {
             path);
     }
     return file;
+}
+
+calibration::Calibration<double> read_coils(const std::string& path) {
+    const calibration::Calibration<double> coils = read_calibration(path).calibration;
+    if (coils.errors.is_none()) {
+        print_notice(
+            "tricoil: {}: does not state its own errors: deviations of poses do not contain them; to change that, calibrate "
+            "again, "
+            "or add [errors] with version = 1 and coupling_constant (relative standard deviation)\n",
+            path);
+    }
+    return coils;
 }
 
 }  // namespace tricoil::host

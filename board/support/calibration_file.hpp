@@ -72,5 +72,7 @@ std::string to_toml(const CalibrationFile& file);
 
 /// Throws InputError, naming file, line and key, for invalid TOML, missing or unknown keys, and impossible numbers.
 CalibrationFile read_calibration(const std::string& path);
+/// For a tracker. Prints a notice if the file does not state its own errors.
+calibration::Calibration<double> read_coils(const std::string& path);
 
 }  // namespace tricoil::host

@@ -69,6 +69,10 @@ void visit_dipole(Dipole& dipole, Visitor each) {
     }
 }
 
+void put_single(Blob& blob, double value) { put<4>(blob, std::bit_cast<std::uint32_t>(static_cast<float>(value))); }
+
+float get_single(const std::uint8_t* from) { return std::bit_cast<float>(static_cast<std::uint32_t>(get<4>(from))); }
+
 constexpr int kQuadratureShift = 8;
 
 /// Visits the mantissas in phase and the quadratures, in the order of the blob: each(number, bytes, exponent).
@@ -88,32 +92,44 @@ void put_pick_up(Blob& blob, const PickUp<double>& pick_up) {
         const auto mantissa = static_cast<std::uint64_t>(std::lround(std::clamp(std::ldexp(number, -unit), -most, most)));
         bytes == 1 ? put<1>(blob, mantissa) : put<2>(blob, mantissa);
     });
-    put<4>(blob, std::bit_cast<std::uint32_t>(static_cast<float>(pick_up.sigma)));
+    put_single(blob, pick_up.sigma);
 }
 
-void read_pick_up(const std::uint8_t* at, PickUp<float>& pick_up) {
+/// Returns the place after it.
+const std::uint8_t* read_pick_up(const std::uint8_t* at, PickUp<float>& pick_up) {
     const int exponent = static_cast<std::int8_t>(*at++);
     visit_pick_up(pick_up, exponent, [&](float& number, int bytes, int unit) {
         const int mantissa = bytes == 1 ? static_cast<std::int8_t>(*at) : static_cast<std::int16_t>(get<2>(at));
         number = std::ldexp(static_cast<float>(mantissa), unit);
         at += bytes;
     });
-    pick_up.sigma = std::bit_cast<float>(static_cast<std::uint32_t>(get<4>(at)));
+    pick_up.sigma = get_single(at);
+    return at + 4;
 }
+
+constexpr std::size_t optional_bytes(std::uint64_t version) {
+    return version < kPickUpVersion ? 0 : kPickUpBytes + (version < kErrorsVersion ? 0 : kErrorsBytes);
+}
+
+std::uint64_t version_of(const std::uint8_t* blob) { return get<2>(blob + 4); }
+bool is_known(std::uint64_t version) { return version >= kBlobVersion && version <= kErrorsVersion; }
 
 }  // namespace
 
 std::size_t blob_bytes(std::span<const std::uint8_t, kBlobHeaderBytes> header) {
-    return get<2>(header.data() + 4) == kPickUpVersion ? kMaxBlobBytes : kBlobBytes;
+    const std::uint64_t version = version_of(header.data());
+    return is_known(version) ? std::max(kBlobBytes, kBlobHeaderBytes + kPayloadBytes + optional_bytes(version) + 4) : kBlobBytes;
 }
 
 Blob encode(const Calibration<double>& calibration) {
-    const bool has_pick_up = !calibration.pick_up.is_none();
+    const std::uint16_t version = !calibration.errors.is_none()    ? kErrorsVersion
+                                  : !calibration.pick_up.is_none() ? kPickUpVersion
+                                                                   : kBlobVersion;
     Blob blob;
     put<4>(blob, kBlobMagic);
-    put<2>(blob, has_pick_up ? kPickUpVersion : kBlobVersion);
-    put<2>(blob, kPayloadBytes + (has_pick_up ? kPickUpBytes : 0));
-    const auto write = [&](double value) { put<4>(blob, std::bit_cast<std::uint32_t>(static_cast<float>(value))); };
+    put<2>(blob, version);
+    put<2>(blob, kPayloadBytes + optional_bytes(version));
+    const auto write = [&](double value) { put_single(blob, value); };
     const auto pad_to = [&](std::size_t bytes) {
         while (blob.size() < bytes) {
             put<1>(blob, 0);
@@ -126,10 +142,14 @@ Blob encode(const Calibration<double>& calibration) {
         visit_dipole(dipole, write);
     }
     pad_to(kBlobHeaderBytes + kPayloadBytes);
-    if (has_pick_up) {
+    if (version >= kPickUpVersion) {
         put_pick_up(blob, calibration.pick_up);
     }
-    pad_to((has_pick_up ? kMaxBlobBytes : kBlobBytes) - 4);
+    if (version >= kErrorsVersion) {
+        write(calibration.errors.coupling_constant);
+        write(calibration.errors.couplings);
+    }
+    pad_to(blob_bytes(std::span(blob).first<kBlobHeaderBytes>()) - 4);
     put<4>(blob, crc32(std::span<const std::uint8_t>(blob)));
     return blob;
 }
@@ -138,12 +158,12 @@ Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes) {
     if (bytes.size() < kBlobHeaderBytes || get<4>(bytes.data()) != kBlobMagic) {
         return Status{StatusCode::invalid_argument, "no calibration: wrong magic; calibrate and store one"};
     }
-    const bool has_pick_up = get<2>(bytes.data() + 4) == kPickUpVersion;
-    if (!has_pick_up && get<2>(bytes.data() + 4) != kBlobVersion) {
+    const std::uint64_t version = version_of(bytes.data());
+    if (!is_known(version)) {
         return Status{StatusCode::invalid_argument, "calibration of another version; calibrate again with this software"};
     }
     if (bytes.size() != blob_bytes(bytes.first<kBlobHeaderBytes>()) ||
-        get<2>(bytes.data() + 6) != kPayloadBytes + (has_pick_up ? kPickUpBytes : 0)) {
+        get<2>(bytes.data() + 6) != kPayloadBytes + optional_bytes(version)) {
         return Status{StatusCode::invalid_argument, "calibration has a wrong length"};
     }
     const std::uint8_t* const crc_at = bytes.data() + bytes.size() - 4;
@@ -153,7 +173,7 @@ Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes) {
     Calibration<float> calibration;
     const std::uint8_t* at = bytes.data() + kBlobHeaderBytes;
     const auto read = [&](float& value) {
-        value = std::bit_cast<float>(static_cast<std::uint32_t>(get<4>(at)));
+        value = get_single(at);
         at += 4;
     };
     visit_converters(calibration.converters, [&](std::int8_t& value) { value = static_cast<std::int8_t>(*at++); });
@@ -165,13 +185,17 @@ Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes) {
         visit_dipole(dipole, read);
         (void)calibration.model.surroundings.push_back(dipole);
     }
-    const std::uint8_t* const end = has_pick_up ? bytes.data() + kBlobHeaderBytes + kPayloadBytes : crc_at;
+    const std::uint8_t* const end = version < kPickUpVersion ? crc_at : bytes.data() + kBlobHeaderBytes + kPayloadBytes;
     const bool has_more = std::any_of(at, end, [](std::uint8_t byte) { return byte != 0; });
     if (has_more || dipoles > field::kMaxInducedDipoles) {
         return Status{StatusCode::invalid_argument, "calibration has a wrong length"};
     }
-    if (has_pick_up) {
-        read_pick_up(end, calibration.pick_up);
+    if (version >= kPickUpVersion) {
+        at = read_pick_up(end, calibration.pick_up);
+    }
+    if (version >= kErrorsVersion) {
+        read(calibration.errors.coupling_constant);
+        read(calibration.errors.couplings);
     }
     const Status status = check(calibration);
     return status.ok() ? Result<Calibration<float>>(calibration) : status;

@@ -36,6 +36,15 @@ struct PickUp {
     }
 };
 
+/// Standard deviations of the calibration's own errors. They are constant from pose to pose.
+template <typename Scalar>
+struct CoilErrors {
+    Scalar coupling_constant = 0;  // of C, relative
+    Scalar couplings = 0;          // of each coupling, relative to k: all other errors of the parameters
+
+    [[nodiscard]] bool is_none() const { return coupling_constant == Scalar(0) && couplings == Scalar(0); }
+};
+
 /// Low couplings without metal. Only in double, because only programs run trackers for two bands. The default leaves columns
 /// unchanged.
 template <typename Scalar>
@@ -71,6 +80,7 @@ struct Calibration {
     Scalar quadrature_floor = 1;         // quadrature of clean couplings after phase_rad, likewise; 1: unknown
     signal::ConverterErrors converters;  // of the board that measured the couplings
     PickUp<Scalar> pick_up;
+    CoilErrors<Scalar> errors;
     [[no_unique_address]] LowBand<Scalar> low_band;
     [[no_unique_address]] SurroundingsLag<Scalar> surroundings_lag;
 
@@ -85,6 +95,7 @@ struct Calibration {
                 static_cast<Other>(quadrature_floor),
                 converters,
                 pick_up.template cast<Other>(),
+                {static_cast<Other>(errors.coupling_constant), static_cast<Other>(errors.couplings)},
                 {},
                 {}};
     }
@@ -110,7 +121,8 @@ Status check(const field::InducedDipoles<Scalar>& surroundings, const Mat3<Scala
 /// Errors: not_finite (NaN or infinity), invalid_argument (linearly dependent moments or sensitivities, an offset beyond 1 m, an
 /// output correction or a misfit floor beyond 0.1, a quadrature floor beyond 1, a ratio of the bands beyond 0.5 to 2, a phase of
 /// the low band that is not finite, a lag by motion beyond 5 ms, pick-up beyond the couplings at 0.2 m, a virtual dipole at a
-/// source coil or beyond 100 m, a deviation of the surroundings' quadrature beyond 1).
+/// source coil or beyond 100 m, a deviation of the surroundings' quadrature beyond 1, one of C beyond 0.5 or of a coupling beyond
+/// 0.1).
 template <typename Scalar>
 Status check(const Calibration<Scalar>& c) {
     const bool finite =
@@ -137,6 +149,11 @@ Status check(const Calibration<Scalar>& c) {
     }
     if (!(c.quadrature_floor >= 0 && c.quadrature_floor <= 1)) {
         return {StatusCode::invalid_argument, "calibration: the quadrature floor must be a share of 0 to 1"};
+    }
+    if (!(c.errors.coupling_constant >= 0 && c.errors.coupling_constant <= Scalar(0.5) && c.errors.couplings >= 0 &&
+          c.errors.couplings <= Scalar(0.1))) {
+        return {StatusCode::invalid_argument,
+                "calibration: errors are standard deviations, of the coupling constant 0 to 0.5, of couplings 0 to 0.1"};
     }
     const Status bad_pick_up{StatusCode::invalid_argument,
                              "calibration: the pick-up must be smaller than the couplings at 0.2 m"};

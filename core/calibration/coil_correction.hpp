@@ -65,6 +65,7 @@ public:
         correction.misfit_floor_ = c.misfit_floor;
         correction.quadrature_floor_ = c.quadrature_floor;
         correction.pick_up_ = c.pick_up;
+        correction.errors_ = c.errors;
         correction.low_band_ = c.low_band;
         return correction;
     }
@@ -95,6 +96,7 @@ public:
     [[nodiscard]] Scalar quadrature_floor() const { return quadrature_floor_; }
     /// Standard deviation of the pick-up in a corrected coupling: root mean square over the nine.
     [[nodiscard]] Scalar pick_up_sigma() const { return pick_up_.sigma * sensor_.norm() * gain_.cwiseInverse().norm() / 3; }
+    [[nodiscard]] const CoilErrors<Scalar>& errors() const { return errors_; }
     /// Then trackers do not judge quadratures.
     void ignore_quadrature() { quadrature_floor_ = 1; }
     [[nodiscard]] const LowBand<Scalar>& low_band() const { return low_band_; }
@@ -139,6 +141,7 @@ private:
     Scalar misfit_floor_ = 0;
     Scalar quadrature_floor_ = 1;
     PickUp<Scalar> pick_up_;
+    CoilErrors<Scalar> errors_;
     field::InducedDipoles<Scalar> surroundings_;
     [[no_unique_address]] LowBand<Scalar> low_band_;
 };

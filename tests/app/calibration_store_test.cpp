@@ -48,18 +48,20 @@ TEST(CalibrationStore, ReadsTheNewestOfMany) {
     EXPECT_EQ(storage.operations(), 9 * kOperations);
 }
 
-/// With and without pick-up, in either order: records of an older firmware stay readable.
-TEST(CalibrationStore, KeepsBlobsOfBothLengths) {
+/// With and without pick-up and errors, in any order: records of an older firmware stay readable.
+TEST(CalibrationStore, KeepsBlobsOfAllLengths) {
     sim::SimulatedStorage storage(2, CalibrationStore::kRecordBytes);
     CalibrationStore store(storage);
     store.open();
     calibration::Calibration<double> c;
-    for (int n = 0; n < 4; ++n) {
-        c.pick_up.sigma = n % 2 == 0 ? 0 : 1e-6;
+    const std::array bytes{calibration::kBlobBytes, calibration::kPickUpBlobBytes, calibration::kMaxBlobBytes};
+    for (const std::size_t n : {0, 1, 0, 2, 1, 2, 0}) {
+        c.pick_up.sigma = n == 1 ? 1e-6 : 0;
+        c.errors.couplings = n == 2 ? 1e-3 : 0;
         const calibration::Blob blob = calibration::encode(c);
         ASSERT_TRUE(store.write(blob).ok());
         EXPECT_EQ(found(storage), blob) << n;
-        EXPECT_EQ(blob.size(), n % 2 == 0 ? calibration::kBlobBytes : calibration::kMaxBlobBytes);
+        EXPECT_EQ(blob.size(), bytes[n]);
     }
 }
 

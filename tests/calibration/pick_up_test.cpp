@@ -150,7 +150,7 @@ TEST_F(Command, IsMeasuredWithADummyAndRemoved) {
     EXPECT_LT((found.in_phase - pick_up).norm(), 9 * found.sigma);
     EXPECT_LT(found.quadrature.norm(), 9 * found.sigma);
     EXPECT_LT(found.sigma, 1e-3 * kStrength);
-    EXPECT_EQ(test::read_file(test::path_in_temp("quiet.bin")).size(), calibration::kMaxBlobBytes);
+    EXPECT_EQ(test::read_file(test::path_in_temp("quiet.bin")).size(), calibration::kPickUpBlobBytes);
     const auto right = run(kOut, pick_up);
     EXPECT_EQ(right["poses_distorted"], 0);
     const auto clean = run(coils(), Mat3<double>::Zero());

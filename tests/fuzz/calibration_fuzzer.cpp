@@ -45,8 +45,10 @@ void as_wiring(std::string_view text) {
 void as_blob(std::span<const std::uint8_t> bytes) {
     (void)calibration::decode(bytes);
     calibration::Blob blob{};
-    const bool has_pick_up = bytes.size() > 4 && bytes[4] == calibration::kPickUpVersion;
-    const std::size_t end = (has_pick_up ? calibration::kMaxBlobBytes : calibration::kBlobBytes) - 4;
+    std::array<std::uint8_t, calibration::kBlobHeaderBytes> header{};
+    std::copy_n(bytes.begin(), std::min(bytes.size(), header.size()), header.begin());
+    const std::size_t end = calibration::blob_bytes(header) - 4;
+    const bool is_unique = end + 4 == calibration::kBlobBytes;
     for (std::size_t n = 0; n < end; ++n) {
         (void)blob.push_back(n < bytes.size() ? bytes[n] : 0);
     }
@@ -58,7 +60,7 @@ void as_blob(std::span<const std::uint8_t> bytes) {
     if (decoded.ok()) {  // the pick-up may have several forms, of which encode() writes one
         const calibration::Blob again = calibration::encode(*decoded);
         const auto read = calibration::decode(again);
-        if (!read.ok() || calibration::encode(*read) != again || (!has_pick_up && again != blob)) {
+        if (!read.ok() || calibration::encode(*read) != again || (is_unique && again != blob)) {
             std::abort();
         }
     }

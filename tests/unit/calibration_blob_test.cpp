@@ -77,8 +77,9 @@ TEST(CalibrationBlob, StoresAllNumbersInSinglePrecision) {
         const std::size_t dipoles = n / 2;
         Calibration<double> written = sample_near_metal(dipoles);
         written.pick_up = n % 2 == 0 ? PickUp<double>{} : some_pick_up();
+        written.errors = n % 3 == 2 ? CoilErrors<double>{0.01, 3e-4} : CoilErrors<double>{};
         const Blob blob = encode(written);
-        EXPECT_EQ(blob.size(), n % 2 == 0 ? kBlobBytes : kMaxBlobBytes);
+        EXPECT_EQ(blob.size(), n % 3 == 2 ? kMaxBlobBytes : n % 2 == 0 ? kBlobBytes : kPickUpBlobBytes);
         const auto read = decode(blob);
         ASSERT_TRUE(read.ok()) << read.status().message();
         EXPECT_EQ(encode(*read), blob);
@@ -97,6 +98,8 @@ TEST(CalibrationBlob, StoresAllNumbersInSinglePrecision) {
         EXPECT_LE((read->pick_up.in_phase - written.pick_up.in_phase).cwiseAbs().maxCoeff(), unit / 2);
         EXPECT_LE((read->pick_up.quadrature - written.pick_up.quadrature).cwiseAbs().maxCoeff(), 256 * unit / 2);
         EXPECT_EQ(read->pick_up.sigma, static_cast<float>(written.pick_up.sigma));
+        EXPECT_EQ(read->errors.coupling_constant, static_cast<float>(written.errors.coupling_constant));
+        EXPECT_EQ(read->errors.couplings, static_cast<float>(written.errors.couplings));
         EXPECT_EQ(read->misfit_floor, static_cast<float>(written.misfit_floor));
         EXPECT_EQ(read->quadrature_floor, static_cast<float>(written.quadrature_floor));
         ASSERT_EQ(read->model.surroundings.size(), dipoles);
@@ -166,7 +169,7 @@ TEST(CalibrationBlob, RefusesOtherVersionsLengthsAndErasedFlash) {
     longer.push_back(0);
     EXPECT_FALSE(decode(longer).ok());
     EXPECT_FALSE(decode(std::vector<std::uint8_t>(kBlobBytes, 0xFF)).ok());
-    for (const int version : {1, 2, 3, 4, 7}) {
+    for (const int version : {1, 2, 3, 4, 8}) {
         blob[4] = static_cast<std::uint8_t>(version);
         EXPECT_STREQ(decode(with_crc(blob)).status().message(),
                      "calibration of another version; calibrate again with this software");
@@ -188,6 +191,43 @@ TEST(CalibrationBlob, OnlyABlobWithPickUpHasTheNewVersion) {
         Blob damaged = encode(c);
         damaged[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
         EXPECT_FALSE(decode(damaged).ok()) << "bit " << bit;
+    }
+}
+
+/// The same for errors of the calibration, with and without pick-up.
+TEST(CalibrationBlob, OnlyABlobWithErrorsHasTheNewestVersion) {
+    for (const PickUp<double>& pick_up : {PickUp<double>{}, some_pick_up()}) {
+        for (const CoilErrors<double> errors : {CoilErrors<double>{0.01, 0}, CoilErrors<double>{0, 1e-4}}) {
+            auto c = sample();
+            c.pick_up = pick_up;
+            c.errors = errors;
+            Blob blob = encode(c);
+            EXPECT_EQ(blob[4], kErrorsVersion);
+            ASSERT_TRUE(decode(blob).ok());
+            for (std::size_t bit = 0; bit < 8 * blob.size(); ++bit) {
+                Blob damaged = blob;
+                damaged[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+                EXPECT_FALSE(decode(damaged).ok()) << "bit " << bit;
+            }
+            for (const auto version : {kBlobVersion, kPickUpVersion}) {
+                blob[4] = static_cast<std::uint8_t>(version);
+                EXPECT_STREQ(decode(with_crc(blob)).status().message(), "calibration has a wrong length");
+            }
+        }
+    }
+}
+
+TEST(CalibrationBlob, RefusesImpossibleErrors) {
+    constexpr auto kMax = std::numeric_limits<double>::infinity();
+    for (const double wrong : {-1e-3, 0.6, 1e38, 1e308, -1e308, kMax, std::numeric_limits<double>::quiet_NaN()}) {
+        for (const CoilErrors<double> errors : {CoilErrors<double>{wrong, 0}, CoilErrors<double>{0, wrong}}) {
+            auto c = sample();
+            c.errors = errors;
+            EXPECT_EQ(check(c).code(), StatusCode::invalid_argument) << wrong;
+            c.errors.coupling_constant = std::clamp(errors.coupling_constant, -1e38, 1e38);
+            c.errors.couplings = std::clamp(errors.couplings, -1e38, 1e38);
+            EXPECT_EQ(decode(encode(c)).status().code(), StatusCode::invalid_argument) << wrong;
+        }
     }
 }
 

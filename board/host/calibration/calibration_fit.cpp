@@ -403,7 +403,8 @@ private:
         fit.poses = count_poses(files_);
         residuals_ = residuals_by_file(fit);
         set_residuals(residuals_, options_.model, fit);
-        check_parameters(parameter_estimate(), fit);
+        const ParameterEstimate linear = parameter_estimate();
+        fit.errors = coil_errors(check_parameters(linear, fit), linear.jacobian, pose_effects(fit.model));
         fit.pick_up_sigma *= coupling_constant_;
         check_fixture_names(fixtures_.sensor_names, fit);
         for (std::size_t f = 0; f < files_.size(); ++f) {
@@ -433,6 +434,19 @@ private:
             files.push_back(file);
         }
         return files;
+    }
+
+    [[nodiscard]] std::vector<PoseEffect> pose_effects(const field::GeneralDipole<double>& model) const {
+        std::vector<PoseEffect> effects;
+        for (std::size_t f = 0; f < files_.size(); ++f) {
+            for (const MeasuredPose& pose : files_[f].poses) {
+                const auto at = current_pose(fixtures_.source_index[f], fixtures_.sensor_index[f], pose);
+                const auto weight = pose_weight(model, at, metres_per_coupling(pose.x, coupling_constant_));
+                const Mat3<double> o = at.q_source_sensor.toRotationMatrix().transpose();
+                effects.push_back({at.position_m, weight * field::signal_model<double>(model, at.position_m, o).jacobian});
+            }
+        }
+        return effects;
     }
 
     ParameterEstimate parameter_estimate() {

@@ -60,6 +60,7 @@ struct CalibrationFit {
     Mat3<double> pick_up = Mat3<double>::Zero();  // in phase with the couplings; zero: not found
     double pick_up_sigma = 0;                     // standard deviation of each number
     std::vector<FittedParameter> parameters;
+    calibration::CoilErrors<double> errors;
     double residual_rms = 0;  // of couplings, relative to the norm of each signal matrix, without outliers
     std::map<std::string, double> residual_rms_by_file;
     std::vector<std::string> warnings;  // large residuals, weakly determined parameters, fixtures that contradict their names

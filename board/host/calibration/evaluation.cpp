@@ -21,6 +21,7 @@
 #include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
 #include "core/solver/pose_covariance.hpp"
+#include "core/tracking/judge/coil_errors.hpp"
 #include "core/tracking/judge/misfit.hpp"
 #include "core/tracking/tracker_params.hpp"
 #include "sim/dense_algebra.hpp"
@@ -84,7 +85,8 @@ Found solve_refined_pose(const calibration::Calibration<double>& c, const Mat3<d
     return {r.pose, r.converged() && solution->right_handed, solution->iterations, r.misfit_share};
 }
 
-/// Covariance of the position that a tracker states for these couplings without noise, from the floor and the misfit.
+/// Covariance of the position that a tracker states for these couplings without noise, from errors of the calibration, the floor
+/// and the misfit.
 Mat3<double> stated_covariance(const calibration::Calibration<double>& c, const Mat3<double>& x, const Found& found) {
     const double strength = x.norm() / std::sqrt(1.5);
     tracking::CommonParams<double> params;
@@ -95,8 +97,9 @@ Mat3<double> stated_covariance(const calibration::Calibration<double>& c, const 
     const bool significant = floor > 0 && misfit > params.distortion_gate * floor;
     const double hidden = significant ? tracking::kHiddenShare * tracking::kHiddenShare * misfit / 3 : 0;
     const double range_m = found.pose.position_m.norm();
-    return solver::pose_covariance<double>(strength, range_m, found.pose.position_m / range_m, std::sqrt(floor + hidden))
-        .topLeftCorner<3, 3>();
+    const Mat6<double> of_misfit =
+        solver::pose_covariance<double>(strength, range_m, found.pose.position_m / range_m, std::sqrt(floor + hidden));
+    return (of_misfit + tracking::covariance_of_coil_errors(c.errors, found.pose.position_m)).topLeftCorner<3, 3>();
 }
 
 }  // namespace

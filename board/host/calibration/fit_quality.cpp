@@ -11,6 +11,8 @@
 #include "board/host/calibration/pose_set.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/angles.hpp"
+#include "core/linear/eigen.hpp"
+#include "core/solver/pose_covariance.hpp"
 #include "sim/dense_algebra.hpp"
 
 namespace tricoil::host {
@@ -77,10 +79,11 @@ void warn_of_unexplained(FitModel model, CalibrationFit& fit) {
     }
 }
 
-/// Standard deviations for any distribution of the residuals, if the poses are independent:
-/// (J^T J)^-1 (sum over poses of J_k^T r_k r_k^T J_k) (J^T J)^-1 (White 1980, Econometrica 48(4)). `eigen`: of J^T J with columns
-/// divided by `norms`.
-Eigen::VectorXd deviations(const ParameterEstimate& estimate, const SymmetricEigen& eigen, const Eigen::VectorXd& norms) {
+/// Covariance for any distribution of the residuals: (J^T J)^-1 (sum over poses of J_k^T r_k r_k^T J_k) (J^T J)^-1 (White 1980,
+/// Econometrica 48(4)). Residuals of neighbouring poses may be correlated: sums over windows of poses take the place of single
+/// poses (Newey and West 1987, Econometrica 55(3)), and the fit makes residuals smaller. `eigen`: of J^T J with columns divided
+/// by `norms`.
+Eigen::MatrixXd covariance_of(const ParameterEstimate& estimate, const SymmetricEigen& eigen, const Eigen::VectorXd& norms) {
     const Eigen::VectorXd inverse = eigen.values.cwiseMax(1e-300).cwiseInverse();
     const Eigen::MatrixXd covariance = eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
     const Eigen::MatrixXd& jacobian = estimate.jacobian;
@@ -91,11 +94,48 @@ Eigen::VectorXd deviations(const ParameterEstimate& estimate, const SymmetricEig
             scores.row(k) = r.transpose() * jacobian.middleRows<9>(9 * k) * norms.cwiseInverse().asDiagonal();
         }
     }
-    const Eigen::MatrixXd spread = scores * covariance;
-    return spread.colwise().norm().transpose().cwiseQuotient(norms);
+    const auto length = static_cast<Index>(std::cbrt(static_cast<double>(scores.rows())));
+    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(scores.rows() + length - 1, scores.cols());
+    for (Index shift = 0; shift < length; ++shift) {
+        sums.middleRows(shift, scores.rows()) += scores / std::sqrt(static_cast<double>(length));
+    }
+    const Eigen::MatrixXd spread = sums * covariance * norms.cwiseInverse().asDiagonal();
+    const auto rows = static_cast<double>(estimate.residuals.size());
+    return rows / std::max(rows - static_cast<double>(jacobian.cols()), 1.0) * spread.transpose() * spread;
+}
+
+/// Position errors relative to the range, for one standard deviation along each eigenvector of the covariance.
+std::vector<Eigen::Matrix3Xd> position_errors(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& jacobian,
+                                              const std::vector<PoseEffect>& poses) {
+    const SymmetricEigen eigen = eigen_of_symmetric(covariance);
+    const Eigen::MatrixXd root = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+    std::vector<Eigen::Matrix3Xd> errors;
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+        const Eigen::MatrixXd moved = jacobian.middleRows<9>(9 * static_cast<Index>(k)).leftCols(root.rows()) * root;
+        errors.emplace_back(least_squares(::tricoil::eigen(poses[k].by_pose), moved).topRows<3>() / poses[k].position_m.norm());
+    }
+    return errors;
 }
 
 }  // namespace
+
+calibration::CoilErrors<double> coil_errors(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& jacobian,
+                                            const std::vector<PoseEffect>& poses) {
+    const auto errors = position_errors(covariance, jacobian, poses);
+    const auto count = static_cast<double>(poses.size());
+    Eigen::RowVectorXd common = Eigen::RowVectorXd::Zero(covariance.cols());
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+        common += eigen(poses[k].position_m.normalized()).transpose() * errors[k] / count;
+    }
+    double squares = 0;  // in units of what an error of each coupling causes
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+        const Vec3<double> u = poses[k].position_m.normalized();
+        const Mat3<double> unit = solver::pose_covariance<double>(1, 1, u, 1).topLeftCorner<3, 3>();
+        const Eigen::Matrix3Xd rest = errors[k] - eigen(u) * common;
+        squares += (eigen(unit.inverse()) * rest).cwiseProduct(rest).sum() / (3 * count);
+    }
+    return {std::min(3 * common.norm(), 0.5), std::min(std::sqrt(squares), 0.1)};
+}
 
 double unit_of(std::size_t parameter) {
     const auto k = static_cast<int>(parameter);
@@ -139,12 +179,13 @@ void check_residuals_of_motion(const FileResidual& data, FitModel model, Calibra
     warn_of_unexplained(model, fit);
 }
 
-void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {
+Eigen::MatrixXd check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {
     const Eigen::VectorXd norms = estimate.jacobian.colwise().norm().cwiseMax(1e-300);
     const Eigen::MatrixXd normalised = estimate.jacobian * norms.cwiseInverse().asDiagonal();
     const SymmetricEigen eigen = eigen_of_symmetric(normalised.transpose() * normalised);
     fit.condition = std::sqrt(eigen.values(eigen.values.size() - 1) / std::max(eigen.values(0), 1e-300));
-    const Eigen::VectorXd deviation = deviations(estimate, eigen, norms);
+    Eigen::MatrixXd covariance = covariance_of(estimate, eigen, norms);
+    const Eigen::VectorXd deviation = covariance.diagonal().cwiseSqrt();
     for (std::size_t k = 0; k < estimate.magnetic.size(); ++k) {
         const double unit = unit_of(k);
         fit.parameters.push_back({name_of(k), unit * estimate.magnetic[k], unit * deviation(static_cast<Index>(k))});
@@ -163,6 +204,8 @@ void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {
         fit.warnings.push_back(
             fmt::format("parameters are weakly determined (condition number {:.1e}); least determined: {}", fit.condition, name));
     }
+    const auto magnetic = static_cast<Index>(estimate.magnetic.size());
+    return covariance.topLeftCorner(magnetic, magnetic);
 }
 
 void check_fixture_names(const std::vector<std::string>& sensor_fixtures, CalibrationFit& fit) {

@@ -10,6 +10,7 @@
 
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/support/statistics.hpp"
+#include "core/tracking/judge/misfit.hpp"
 
 namespace tricoil::host {
 
@@ -42,10 +43,28 @@ struct ParameterEstimate {
     bool has_pick_up = false;          // in the last columns
 };
 
+/// Errors of a calibration. coupling_constant: relative standard deviation. position_share: RMS of the position errors that the
+/// other errors cause, relative to the range.
+inline calibration::CoilErrors<double> coil_errors(double coupling_constant, double position_share) {
+    const double per_coupling = tracking::position_deviation(1.0, 1.0, 1.0);
+    return {std::min(coupling_constant, 0.5), std::min(position_share / per_coupling, 0.1)};
+}
+
+/// A pose of the fit.
+struct PoseEffect {
+    Vec3<double> position_m;
+    Matrix<double, 9, 6> by_pose;  // derivative of its residuals by position (m) and rotation
+};
+
+/// Errors of coils with this covariance of the magnetic parameters. jacobian: of the poses' residuals, magnetic parameters first.
+/// The common change of all ranges is the error of C.
+calibration::CoilErrors<double> coil_errors(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& jacobian,
+                                            const std::vector<PoseEffect>& poses);
+
 /// Sets the deviation of the pick-up, in the unit of its parameters, and the parameters with their standard deviations and the
 /// condition number of the normalised Jacobian. Adds a warning for parameters that the poses determine weakly. Throws InputError
-/// if they do not determine them.
-void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit);
+/// if they do not determine them. Returns the covariance of the free magnetic parameters.
+Eigen::MatrixXd check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit);
 
 /// Adds a warning for each fixture whose rotation relative to the first fixture contradicts their names.
 void check_fixture_names(const std::vector<std::string>& sensor_fixtures, CalibrationFit& fit);

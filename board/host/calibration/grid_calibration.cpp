@@ -19,9 +19,9 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kHandError_m = 3e-3;    // scale of the robust loss; a hand places the sensor with about this error
-constexpr double kMisfitLever_m = 0.02;  // position error with the same weight as a misfit of 100 %
-constexpr double kWorstFit = 0.1;        // RMS position error relative to the grid's extent; a larger one is refused
+constexpr double kHandError_m = 3e-3;  // scale of the robust loss; a hand places the sensor with about this error
+constexpr double kLeastMisfit = 1e-4;  // of real couplings, for the weight of their misfit
+constexpr double kWorstFit = 0.1;      // RMS position error relative to the grid's extent; a larger one is refused
 
 using PivotBlock = std::array<double, 3>;  // vector from the node to the sensor, sensor frame, units of 0.1 m
 
@@ -52,6 +52,7 @@ struct TriadsResidual {
     Mat3<double> x;
     double coupling_constant;
     Vec3<double> hemisphere;
+    double lever_m;  // position error with the same weight as a misfit of 100 %
 
     bool operator()(const double* sensor, const double* moment, const double* grid, const double* pivot, double* residual) const {
         const Mat3<double> ideal = corrected(x, sensitivity_matrix(sensor), coupling_constant * symmetric_matrix(moment));
@@ -60,7 +61,7 @@ struct TriadsResidual {
             return false;
         }
         copy_rows(off_node(s->position_towards(hemisphere), s->attitude.transpose(), node_m, grid, pivot), residual);
-        copy_rows(kMisfitLever_m * misfit_of(ideal, *s), residual + 3);
+        copy_rows(lever_m * misfit_of(ideal, *s), residual + 3);
         return true;
     }
 };
@@ -143,6 +144,7 @@ void check_distances(const std::vector<GridFrame>& frames, double extent_m, Grid
     const auto count = static_cast<double>(frames.size());
     result.position_rms_m = std::sqrt(squares / count);
     result.scale_deviation = 3 * std::hypot(result.position_rms_m / (extent_m * std::sqrt(count)), result.position_error_share);
+    result.coils.errors.coupling_constant = std::min(result.scale_deviation, 0.5);
     if (!(result.position_rms_m <= kWorstFit * extent_m)) {
         const auto farthest = std::max_element(result.distances_m.begin(), result.distances_m.end());
         throw InputError(fmt::format(
@@ -193,8 +195,9 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
     auto magnetic = parameters_of(gains.source, gains.sensor);  // moments in units of the start value of C
     double* const moment = magnetic.data();
     double* const sensor = magnetic.data() + kSensitivities;
+    const double lever_m = kHandError_m / std::max(gains.misfit_after, kLeastMisfit);
     for (std::size_t k = 0; k < frames.size(); ++k) {
-        grid.add<5, 6>(k, TriadsResidual{grid.node_m(k), frames[k].x, c, hemisphere}, sensor, moment);
+        grid.add<5, 6>(k, TriadsResidual{grid.node_m(k), frames[k].x, c, hemisphere, lever_m}, sensor, moment);
     }
     GridCalibration result;
     double misfit = 0;
@@ -203,7 +206,8 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
         misfit += Matrix<double, 9, 1>(residuals.data() + at + 3).squaredNorm();
     }
     result.misfit_before = gains.misfit_before;
-    result.misfit_after = std::sqrt(misfit / static_cast<double>(frames.size()) / 1.5) / kMisfitLever_m;
+    result.misfit_after = std::sqrt(misfit / static_cast<double>(frames.size()) / 1.5) / lever_m;
+    result.coils.errors.couplings = gains.coupling_error();
     result.coils.model.sensor_sensitivity = sensitivity_matrix(sensor);
     result.coils.model.source_moment = c * symmetric_matrix(moment);
     return result;

@@ -60,6 +60,7 @@ void fit_coils(const FreeMotionCommand& command, FitModel model, const std::vect
         fit_free_motion(frames, model, command.coupling_constant.value_or(1), hemisphere, progress.part(0, 1));
     warnings.insert(warnings.end(), found.coils.warnings.begin(), found.coils.warnings.end());
     file.calibration.model = found.coils.model;
+    file.calibration.errors = found.coils.errors;
     file.calibration.hemisphere = hemisphere.stableNormalized();
     if (!command.coupling_constant) {
         warnings.emplace_back(
@@ -163,6 +164,7 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Calibrat
     file.residual_rms = found.misfit_after;
     file.calibration.model.source_moment = coupling_constant * found.source;
     file.calibration.model.sensor_sensitivity = found.sensor;
+    file.calibration.errors.couplings = found.coupling_error();
     file.calibration.hemisphere = command.hemisphere.value_or(Vec3<double>::Zero()).stableNormalized();
     if (model != FitModel::concentric) {
         fit_coils(command, model, frames, file, report);

@@ -64,6 +64,7 @@ CalibrationFile calibrate_grid(const GridCommand& command, CalibrationReport& re
     file.model = "grid";
     file.residual_rms = found.misfit_after;
     file.calibration.model = found.coils.model;
+    file.calibration.errors = found.coils.errors;
     file.calibration.misfit_floor = found.misfit_floor;
     file.calibration.phase_rad = phase_rad;
     file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, frames));

@@ -126,6 +126,7 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     file.calibration.pick_up = stored.pick_up.is_none() ? measured_pick_up(fit, phase_rad) : stored.pick_up;
     for_each_row(files, [&](MeasuredPose& pose) { pose.x -= fit.pick_up; });
     file.calibration.model = fit.model;
+    file.calibration.errors = fit.errors;
     file.model = to_string(options.model);
     file.source_stage = fit.source_stage;
     file.mount_sensor = fit.mount_sensor;

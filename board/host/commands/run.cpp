@@ -85,7 +85,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
         options.config.calibration = command.options.calibration;
     }
     if (!options.config.calibration.empty()) {
-        options.calibration = read_calibration(options.config.calibration).calibration;
+        options.calibration = read_coils(options.config.calibration);
     }
     const std::string& device = options.config.device;
     const std::string from = linux_board::is_text_source(device) ? linux_board::parse_text_name(device).where : "";

@@ -167,7 +167,7 @@ std::optional<calibration::Calibration<double>> read_coils(const RunOptions& opt
     if (options.calibration.empty()) {
         return std::nullopt;
     }
-    const auto coils = read_calibration(options.calibration).calibration;
+    const auto coils = host::read_coils(options.calibration);
     if (const Status status = tracking::AnyTracker::check(tracker, coils); !status.ok()) {
         const bool filters = std::holds_alternative<tracking::ScaatParams<double>>(tracker.method);
         throw InputError(options.calibration + ": " + status.message() + (filters ? "" : "; use --tracker scaat"));

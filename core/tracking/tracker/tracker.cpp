@@ -6,6 +6,7 @@
 #include "core/base/precision.hpp"
 #include "core/geometry/quaternion_sign.hpp"
 #include "core/tracking/hemisphere.hpp"
+#include "core/tracking/judge/coil_errors.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::tracking {
@@ -120,10 +121,23 @@ void Tracker<Scalar>::finish(std::optional<PoseEstimate<Scalar>>& estimate) {
     }
     estimate->flags.set_if(since_gap_.is_recent(), PoseFlag::columns_missing);
     to_source_frame(*estimate);
+    cover_coil_errors(*estimate);
     clear_unknown_position(*estimate);
     Quat<Scalar>& q = estimate->q_source_sensor;
     q = geometry::with_sign_of(q, last_reported_);
     last_reported_ = q;
+}
+
+/// After the method: these errors are constant, so that no filter reduces them, and no misfit shows them. The tracker stays in
+/// its state even if they alone make the pose uncertain.
+template <typename Scalar>
+[[gnu::noinline]] void Tracker<Scalar>::cover_coil_errors(PoseEstimate<Scalar>& estimate) const {
+    if (correction_ && !correction_->errors().is_none()) {
+        const Mat6<Scalar> covariance = covariance_of_coil_errors(correction_->errors(), estimate.position_m);
+        const Scalar limit_m = params_.max_deviation_m;
+        estimate.covariance += covariance;
+        estimate.flags.set_if(covariance.template topLeftCorner<3, 3>().trace() > limit_m * limit_m, PoseFlag::uncertain);
+    }
 }
 
 /// Not inlined, so that its temporaries do not add to the stack of the method.
