@@ -305,6 +305,11 @@ int DeviceRun::finish(const host::LinkHealth& health) {
     const std::string invalid =
         poses == 0 ? "no poses" : host::pose_warning(poses - closing["poses_valid"].get<std::uint64_t>(), poses, "invalid");
     text += "  health   " + host::health_line(closing["health"], invalid) + "\n";
+    const bool is_confirmed = !options_.config.wiring.empty() || options_.calibration.has_value();
+    closing["wiring_confirmed"] = is_confirmed;
+    text += is_confirmed ? ""
+                         : "  wiring   not confirmed: two coils reversed or swapped give wrong poses that look right; see "
+                           "tricoil calibrate wiring\n";
     const std::string advice = closing["poses_valid"] > 0 ? "" : source_->advice_without_poses();
     source_.reset();
     if (unread) {

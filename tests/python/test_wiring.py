@@ -1,6 +1,7 @@
 """Coil and polarity of each channel: found, written, read, and corrected wherever couplings enter."""
 
 import itertools
+import json
 import os
 import subprocess
 import unittest
@@ -106,6 +107,16 @@ class Files(FolderCase):
             done = self.program("calibrate", "free-motion", "--wiring", path, "--out", self.out, frames)
             self.assertEqual(done.returncode, 2, text)
             self.assertRegex(done.stderr, "^tricoil: [^\n]*wrong.toml[^\n]*\n$")
+
+    def test_a_run_says_whether_the_wiring_is_confirmed(self):
+        """Two reversed coils give a valid, wrong pose."""
+        frames = self.file("frames.csv", table([IDEAL * [[1], [-1], [-1]]] * 30))
+        self.file("wiring.toml", "sensor = [1, -2, -3]\nsource = [1, 2, 3]\n")
+        run = ("run", "--device", f"couplings:{frames},rate_hz=100,sigma=1e-6", "--hemisphere", "1,0,0")
+        for words, confirmed in ((run, False), ((*run, "--wiring", self.out), True)):
+            done = self.program(*words)
+            self.assertEqual((done.returncode, "not confirmed: two coils" in done.stdout), (0, not confirmed), done.stderr)
+            self.assertIs(json.loads(self.program(*words, "--json").stdout)["wiring_confirmed"], confirmed)
 
     def test_lists_over_several_lines_are_read(self):
         path = self.file("wiring.toml", "# by hand\nsensor = [\n  2,\n  -1,  # reversed\n  3,\n]\nsource = [-3, 1,\n 2]\n")

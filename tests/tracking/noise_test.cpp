@@ -1,7 +1,9 @@
 // Wrong sigmas, and sigmas that differ between channels.
 #include <gtest/gtest.h>
 
+#include "core/tracking/matrix/previous_tracker.hpp"
 #include "tests/support/column_replay.hpp"
+#include "tests/support/deviation_score.hpp"
 #include "tests/support/hand_like.hpp"
 #include "tests/support/tally.hpp"
 
@@ -52,6 +54,52 @@ TEST(UnderstatedNoise, IsNoticed) {
                 EXPECT_LE(static_cast<double>(all.tally.beyond_5_sigma), 2e-3 * static_cast<double>(all.tally.poses)) << factor;
             }
         }
+    }
+}
+
+template <typename Tracker>
+void expect_covered(const char* name, bool tdm, const MethodParams<double>& method, double beyond) {
+    for (const double factor : {1.0, 3.0, 10.0}) {
+        test::Tally tally;
+        for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+            const auto hand = test::hand_like(seed);
+            Tracker tracker(test::replay_params<double>(tdm, method, Vec3<double>::UnitX()));
+            test::replay<double>(hand, {tdm, test::sigma_for_cost(0.3e-3), seed, 0, 4}, [&](Column<double> column) {
+                column.sigma /= factor;
+                if (const auto e = tracker.update(column); e && to_seconds(column.midpoint) > 0.5) {
+                    tally.add(*e, hand, 0);
+                }
+            });
+        }
+        tally.print((std::string(name) + (tdm ? " tdm" : " fdm") + ", stated sigma over " + std::to_string(factor)).c_str());
+        EXPECT_GT(tally.valid, tally.poses * 9 / 10) << name << factor;
+        EXPECT_LE(static_cast<double>(tally.beyond_5_sigma), beyond * static_cast<double>(tally.valid)) << name << factor;
+    }
+}
+
+TEST(UnderstatedNoise, IsCoveredByMethodsWithoutAFilter) {
+    for (const bool tdm : {true, false}) {
+        expect_covered<DirectTracker<double>>("direct", tdm, DirectParams{tdm}, 1e-3);
+        expect_covered<PreviousTracker<double>>("previous", tdm, PreviousParams{2, tdm}, 3e-3);  // its steps are no fits
+    }
+}
+
+/// The outliers that sound noise contains by chance hardly widen the covariance.
+TEST(StatedDeviation, OfTheFilterIsItsError) {
+    for (const bool tdm : {true, false}) {
+        std::vector<double> ratios;
+        for (std::uint64_t seed = 1; seed <= 21; ++seed) {
+            const auto hand = test::hand_like(seed);
+            const test::ReplayParams params{tdm, test::sigma_for_cost(0.5e-3), seed, 0, 5};
+            ratios.push_back(test::score_predictions<double>(hand, params, Microseconds{0}).ratio());
+        }
+        std::sort(ratios.begin(), ratios.end());
+        std::printf("%s: stated deviation over error %.2f, %.2f to %.2f\n", tdm ? "tdm" : "fdm", ratios[10], ratios.front(),
+                    ratios.back());
+        EXPECT_GT(ratios[10], 0.9);
+        EXPECT_LT(ratios[10], 1.15);
+        EXPECT_GT(ratios.front(), 0.75);
+        EXPECT_LT(ratios.back(), 1.35);
     }
 }
 

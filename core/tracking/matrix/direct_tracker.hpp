@@ -14,6 +14,6 @@ public:
         : MatrixTracker<Scalar>(params.common, std::get_if<DirectParams>(&params.method)->deskew, {}, correction) {}
 };
 
-static_assert(sizeof(DirectTracker<float>) <= 2304, "size of a tracker in float without a filter");
+static_assert(sizeof(DirectTracker<float>) <= 2544, "size of a tracker in float without a filter");
 
 }  // namespace tricoil::tracking

@@ -58,10 +58,13 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
     if (const auto curvature = column_motion_.add(column)) {
         curvatures_[static_cast<std::size_t>(coil_index(column.state))] = *curvature;
     }
-    const auto matrix = assembler_.add(column);
+    noise_.add(column);
+    auto matrix = assembler_.add(column);
     if (!matrix) {
         return std::nullopt;
     }
+    matrix->sigma *= std::sqrt(noise_.excess());
+    matrix->quadrature_variance *= noise_.excess();
     PoseEstimate<Scalar> estimate;
     estimate.sensor = column.sensor;
     estimate.time = matrix->newest;
@@ -122,6 +125,7 @@ template <typename Scalar>
 void MatrixTracker<Scalar>::do_restart(DeviceTime /*now*/) {
     assembler_.clear();
     motion_.clear();
+    noise_.restart();
     forget_column_motion();
     solved_.exists = false;
     hemisphere_.forget();

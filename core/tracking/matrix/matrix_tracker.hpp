@@ -5,6 +5,7 @@
 #include "core/tracking/front/column_motion.hpp"
 #include "core/tracking/front/signal_matrix_assembler.hpp"
 #include "core/tracking/judge/misfit.hpp"
+#include "core/tracking/judge/noise_check.hpp"
 #include "core/tracking/judge/quadrature_check.hpp"
 #include "core/tracking/state/hemisphere.hpp"
 #include "core/tracking/state/motion_estimate.hpp"
@@ -64,6 +65,7 @@ private:
     Hemisphere<Scalar> hemisphere_;
     ColumnMotion<Scalar> column_motion_;
     std::array<typename ColumnMotion<Scalar>::Curvature, kSourceCoils> curvatures_{};
+    NoiseCheck<Scalar> noise_;
     Misfit<Scalar> misfit_;
     QuadratureCheck<Scalar> quadrature_;
     /// The last solved pose without a fault flag, valid or not.

@@ -7,7 +7,7 @@
 
 #include "core/signal/column.hpp"
 
-namespace tricoil::tracking::scaat {
+namespace tricoil::tracking {
 
 /// The process noise follows the innovations. If the stated sigma is too small, the filter therefore mistakes noise for motion
 /// and its covariance becomes too small. Third differences of a coil's columns separate the two. For white noise of variance v
@@ -16,10 +16,10 @@ namespace tricoil::tracking::scaat {
 template <typename Scalar>
 class NoiseCheck {
 public:
-    /// Discards the stored columns, so that no difference includes a restart of the filter. Keeps the noise estimate.
+    /// Discards the stored columns, so that no difference includes a restart of the tracker. Keeps the noise estimate.
     void restart() { histories_ = {}; }
 
-    /// Adds a column that the filter accepted.
+    /// Adds a column that the tracker accepted.
     void add(const Column<Scalar>& column) {
         History& h = histories_[static_cast<std::size_t>(coil_index(column.state))];
         const Microseconds step = column.midpoint - h.time;
@@ -62,4 +62,4 @@ private:
     Scalar ratio_ = 1;
 };
 
-}  // namespace tricoil::tracking::scaat
+}  // namespace tricoil::tracking
