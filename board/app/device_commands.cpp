@@ -121,6 +121,11 @@ void TrackerDevice::send_condition(HostLink& link, std::uint16_t request) {
     (void)send(link, m);  // if this message is lost, the host repeats the command
 }
 
+void TrackerDevice::send_parameters(HostLink& link, std::uint16_t request) {
+    const bool knows_hemisphere = has_calibrated_hemisphere_ || parameters_[protocol::kHemisphere] != 0;
+    (void)send(link, protocol::ParametersMessage{{}, request, static_cast<std::uint8_t>(origin_), knows_hemisphere, parameters_});
+}
+
 /// Checks whether the command is allowed, and executes it. `stop` is never refused.
 AckResult TrackerDevice::process_command(HostLink& link, const protocol::CommandMessage& command) {
     const auto opcode = static_cast<Opcode>(command.opcode);
@@ -327,6 +332,16 @@ AckResult TrackerDevice::execute_loader(std::uint32_t argument) {
     return usable(*decoded).ok() ? AckResult::done : AckResult::refused;
 }
 
+/// Uses the permission. False: not stored.
+bool TrackerDevice::store(CalibrationStore& to, const calibration::Blob& blob) {
+    permission_.use();
+    hardware_.coils.switch_off();
+    hardware_.watchdog.feed();
+    const bool is_stored = to.write(blob).ok();
+    faults_.set_to(!is_stored, protocol::Fault::memory);
+    return is_stored;
+}
+
 /// A calibration that is already stored is not written again, because a host repeats a message after a lost acknowledgement.
 AckResult TrackerDevice::store_calibration(HostLink& link, const protocol::CalibrationMessage& message) {
     const bool is_new = link.is_new_calibration(message.sequence);
@@ -349,15 +364,11 @@ AckResult TrackerDevice::store_calibration(HostLink& link, const protocol::Calib
     if (!is_new) {
         return AckResult::replayed;
     }
-    permission_.use();
     blob = {};
     for (const std::uint8_t byte : message.tail) {
         (void)blob.push_back(byte);
     }
-    hardware_.coils.switch_off();
-    hardware_.watchdog.feed();
-    const bool is_stored = store_.write(blob).ok();
-    faults_.set_to(!is_stored, protocol::Fault::memory);
+    const bool is_stored = store(store_, blob);
     stored_ = store_.open();
     use_calibration();
     return is_stored ? AckResult::done : AckResult::failed;

@@ -65,7 +65,11 @@ void TrackerDevice::boot() {
             fail(fault_of_start(measured));
         }
     }
-    start_alone();
+    // Without a host if the parameters say so, until a host on this link sends start or stop.
+    if (const std::size_t link = parameters_[protocol::kStart]; link > 0 && link <= links().size()) {
+        (void)execute_start(links()[link - 1], 0);
+        links()[link - 1].stream(is_measuring_, true);
+    }
 }
 
 /// Only while the sampler is stopped.

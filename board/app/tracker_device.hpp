@@ -61,14 +61,14 @@ private:
                      std::uint32_t argument);
     void answer_hello(HostLink& link, const protocol::CommandMessage& command);
     void send_condition(HostLink& link, std::uint16_t request);
+    void send_parameters(HostLink& link, std::uint16_t request);
+    bool store(CalibrationStore& to, const calibration::Blob& blob);
 
     // Parameters: device_parameters.cpp.
     void read_parameters();
     [[nodiscard]] bool is_usable(std::size_t place, std::uint32_t value) const;
-    void send_parameters(HostLink& link, std::uint16_t request);
     protocol::AckResult set_parameter(std::size_t place, std::uint32_t value);
     protocol::AckResult save_parameters();
-    void start_alone();
 
     // Measurement: tracker_device.cpp.
     Status measure_gain();

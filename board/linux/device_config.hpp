@@ -4,11 +4,13 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "board/support/link_health.hpp"
 #include "core/linear/matrix.hpp"
+#include "core/protocol/parameters.hpp"
 #include "drivers/gpiod/gpio_lines.hpp"
 
 namespace tricoil::linux_board {
@@ -48,5 +50,14 @@ void set_device(DeviceConfig& config, const std::string& name);
 
 /// Direction X/Y/Z; `name`: of the device, for messages. Throws InputError for any other text.
 Vec3<double> direction_of(const std::string& name, std::string_view text);
+
+// Parameters that a tracker board keeps: device_parameters.cpp.
+
+std::string parameters_toml(const protocol::ParameterValues& values);
+/// Of words KEY=VALUE, one a line.
+std::string parameters_toml(std::span<const std::string> words);
+/// `values` with the keys of a text; throws InputError like parse_device_config(), and, if `is_whole`, for a missing key.
+protocol::ParameterValues parameters_of(const std::string& file, const std::string& text, protocol::ParameterValues values,
+                                        bool is_whole);
 
 }  // namespace tricoil::linux_board

@@ -1,5 +1,3 @@
-#include "board/linux/device_parameters.hpp"
-
 #include "board/linux/device_config.hpp"
 #include "board/support/checked_table.hpp"
 #include "board/support/json_text.hpp"
@@ -25,10 +23,9 @@ std::string parameters_toml(const ParameterValues& values) {
     for (std::size_t n = 0; n < protocol::kLongestName; ++n) {
         name.push_back(static_cast<char>(values[protocol::kName + n / 4] >> 8U * (n % 4)));
     }
-    return text +
-           (towards.isZero(0) ? "hemisphere = \"\"\n"
-                              : fmt::format("hemisphere = \"{}/{}/{}\"\n", towards(0), towards(1), towards(2))) +
-           fmt::format("name = {}\n", quoted(name.c_str()));
+    const bool is_known = !towards.isZero(0);
+    return text + fmt::format("hemisphere = \"{}\"\nname = {}\n", is_known ? fmt::format("{}", fmt::join(towards, "/")) : "",
+                              quoted(name.c_str()));
 }
 
 std::string parameters_toml(std::span<const std::string> words) {

@@ -9,19 +9,8 @@ namespace tricoil::protocol {
 /// Version of the list. A later one may only append parameters whose default is 0.
 constexpr std::uint8_t kParametersVersion = 1;
 
-/// Places in the list. From kHemisphere on a place is not a plain number: hemisphere_argument(), zero: none; characters, the
-/// first in the lowest byte, zeros after the end.
-enum Parameter : std::uint8_t {
-    kNode,
-    kBitRate,
-    kDataBitRate,
-    kStart,
-    kMode,
-    kConfined,
-    kHemisphere,
-    kName,
-    kParameters = kName + 4
-};
+/// Places in the list. Hemisphere: hemisphere_argument(), zero: none. Name: characters, the first in the lowest byte.
+enum Parameter { kNode, kBitRate, kDataBitRate, kStart, kMode, kConfined, kHemisphere, kName, kParameters = kName + 4 };
 constexpr std::size_t kLongestName = 16;
 using ParameterValues = std::array<std::uint32_t, kParameters>;
 constexpr ParameterValues kDefaultParameters{0, 1'000'000, 5'000'000};
@@ -39,22 +28,10 @@ constexpr std::array<std::array<const char*, 2>, kHemisphere> kPlainParameters{
 enum class ParameterOrigin : std::uint8_t { defaults, saved, damaged, changed };
 
 constexpr bool is_possible(std::size_t place, std::uint32_t value) {
-    if (place == kBitRate) {
-        return value >= 125'000 && 1'000'000 % value == 0;
-    }
-    if (place == kDataBitRate) {
-        return value >= 2'500'000 && 5'000'000 % value == 0;
-    }
-    if (place < kHemisphere) {
-        return value <= (place == kConfined ? 1U : place == kStart ? 2U : 15U);
-    }
-    bool is_good = place < kParameters;
-    for (unsigned shift = 0; shift < 32; shift += 8) {
-        const std::uint32_t byte = value >> shift & 0xFFU;
-        const bool is_component = byte != 0x80 && (shift < 24 || byte == 0);
-        is_good = is_good && (place == kHemisphere ? is_component : byte == 0 || (byte > ' ' && byte < 0x7F));
-    }
-    return is_good;
+    constexpr std::array<std::uint32_t, kName> kMost{15, 1'000'000, 5'000'000, 2, 15, 1, 0xFF'FFFF};
+    const std::uint32_t parts = place == kBitRate ? 8 : place == kDataBitRate ? 2 : 0;  // of a bit rate
+    return place >= kName ||
+           (value <= kMost[place] && (parts == 0 || (value >= kMost[place] / parts && kMost[place] % value == 0)));
 }
 
 }  // namespace tricoil::protocol

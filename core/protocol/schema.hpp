@@ -85,7 +85,7 @@ inline constexpr FieldInfo kOpcode = code(WireType::u8, 1, 255,
                                           "1 hello, 2 start, 3 stop, 4 excite, 5 keep alive, 6 read calibration, 7 write "
                                           "calibration, 8 self-check, 9 read a raw block, 10 mode, 11 hemisphere, 12 boresight, "
                                           "13 loader, 14 read condition, 15 read parameters, 16 save parameters, 64-74 set one");
-inline constexpr FieldInfo kRequest = count(WireType::u16, "number of the request, repeated in the answer");
+inline constexpr FieldInfo kRequest = count(WireType::u16, "of the request and its answer");
 }  // namespace detail
 
 template <typename Message>

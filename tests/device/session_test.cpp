@@ -276,6 +276,79 @@ TEST(SessionOfBoard, SendsTheHemisphereAgainAfterARefusedStart) {
     EXPECT_STREQ(session.detail(), "the device refuses to start (1)");
 }
 
+/// A tracker board that answers each command of the session; the parameters only if it has some.
+struct SessionOfParameters : testing::Test {
+    protocol::Opcode told() { return static_cast<protocol::Opcode>(port.command().opcode); }
+    void service() { session.service(now += Microseconds{110'000}); }
+    void identify(std::uint64_t serial = 0) {
+        protocol::IdentifyMessage identity;
+        identity.serial = serial;
+        identity.role = static_cast<std::uint8_t>(protocol::Role::tracker);
+        session.take({test::bytes_of(identity), now, 0});
+        service();
+    }
+    void acknowledge(protocol::AckResult result) {
+        protocol::AckMessage ack;
+        ack.opcode = port.command().opcode;
+        ack.request = port.command().request;
+        ack.result = static_cast<std::uint8_t>(result);
+        session.take({test::bytes_of(ack), now, 0});
+        service();
+    }
+    void answer(const Vec3<float>& towards, bool confined) {
+        protocol::ParametersMessage m;
+        m.values[protocol::kHemisphere] = protocol::hemisphere_argument({0, towards});
+        m.values[protocol::kConfined] = confined ? 1 : 0;
+        session.take({test::bytes_of(m), now, 0});
+        service();
+    }
+
+    test::DeafPort port;
+    HostTime now = host_time_us(1);
+    DeviceSession session{port, {}};
+};
+
+TEST_F(SessionOfParameters, TakesTheRememberedHemisphere) {
+    service();
+    identify();
+    ASSERT_EQ(told(), protocol::Opcode::read_parameters);
+    answer({0, -1, 0}, true);
+    EXPECT_EQ(told(), protocol::Opcode::hemisphere);
+    EXPECT_LT(protocol::hemisphere_of_argument(port.command().argument).towards.y(), 0);
+    EXPECT_TRUE(session.params().confined);
+    acknowledge(protocol::AckResult::done);
+    EXPECT_EQ(told(), protocol::Opcode::start);
+}
+
+TEST_F(SessionOfParameters, WithoutAHemisphereTheBoardHasItsOwn) {
+    service();
+    identify();
+    answer({0, 0, 0}, true);
+    EXPECT_EQ(told(), protocol::Opcode::start);
+    EXPECT_FALSE(session.params().hemisphere);
+    EXPECT_FALSE(session.params().confined) << "in no half space";
+}
+
+TEST_F(SessionOfParameters, OldFirmwareIsAskedOnce) {
+    service();
+    identify();
+    ASSERT_EQ(told(), protocol::Opcode::read_parameters);
+    acknowledge(protocol::AckResult::unknown);
+    EXPECT_EQ(told(), protocol::Opcode::start);
+    EXPECT_FALSE(session.parameters());
+}
+
+TEST_F(SessionOfParameters, ADeviceThatIgnoresTheQuestionIsStarted) {
+    service();
+    identify();
+    for (int n = 0; n < 3; ++n) {
+        ASSERT_EQ(told(), protocol::Opcode::read_parameters) << n;
+        session.take({test::bytes_of(protocol::StatusMessage{}), now, 0});
+        service();
+    }
+    EXPECT_EQ(told(), protocol::Opcode::start);
+}
+
 TEST_F(SessionOfCoils, FailingDeviceIsTriedAfterGrowingPauses) {
     std::vector<std::int64_t> pauses_us;
     for (int failure = 0; failure < 10; ++failure) {

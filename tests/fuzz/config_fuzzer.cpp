@@ -3,7 +3,6 @@
 #include <functional>
 
 #include "board/linux/device_config.hpp"
-#include "board/linux/device_parameters.hpp"
 #include "board/support/errors.hpp"
 
 namespace {

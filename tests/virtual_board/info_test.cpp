@@ -149,6 +149,66 @@ TEST_F(DeviceInfo, ShowsNoProgramErrorAfterPowerOn) {
     EXPECT_THAT(out, HasSubstr("crash          none since power-on"));
 }
 
+TEST_F(DeviceInfo, ConfigurationIsSetSavedDumpedAndRestored) {
+    plug_in("--scenario still --fault button@6-6.3 --fault button@20-20.3");
+    ASSERT_EQ(tricoil("device config get --wait 20 " + device_), 0) << err;
+    EXPECT_THAT(out, HasSubstr(": defaults\nversion = 1\nnode = 0\n"));
+    ASSERT_EQ(tricoil("run --device " + device_ + " --duration 0.3 --out " + in("poses.csv")), 0) << err;
+    EXPECT_THAT(err, HasSubstr("no half space of the sensor is stored: +x; to set it: tricoil device config set " + device_));
+    ASSERT_EQ(tricoil("device config set " + device_ + " node=3 name=left hemisphere=-1/0/0"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("tricoil device config save " + device_));
+    ASSERT_EQ(tricoil("run --device " + device_ + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
+    EXPECT_THAT(err, Not(HasSubstr("half space")));
+    EXPECT_LT(poses().number(poses().rows() - 1, "x_m"), 0) << "the remembered half space";
+    ASSERT_EQ(tricoil("device config dump " + device_ + " " + in("kept.toml")), 0) << err;
+    EXPECT_THAT(test::read_text(in("kept.toml")), HasSubstr("not saved\nversion = 1\nnode = 3\n"));
+    ASSERT_TRUE(eventually_info([](const json& now) { return now["permission_s"] > 0; }));
+    ASSERT_EQ(tricoil("device config save " + device_), 0) << err;
+    ASSERT_EQ(tricoil("device config set " + device_ + " node=4"), 0) << err;
+    EXPECT_EQ(tricoil("device config restore " + device_ + " " + in("kept.toml")), 3) << "one press is for one command";
+    EXPECT_THAT(err, HasSubstr("save parameters: refused without permission"));
+    ASSERT_EQ(tricoil("device config get " + device_), 0) << err;
+    EXPECT_THAT(out, HasSubstr("node = 3"));
+    EXPECT_THAT(out, HasSubstr("name = \"left\""));
+}
+
+/// Refused with one line and exit code 2, before the device is asked.
+TEST_F(DeviceInfo, BadConfigurationIsRefused) {
+    const std::string whole =
+        "version = 1\nnode = 3\nbit_rate = 1000000\ndata_bit_rate = 5000000\nstart = 0\nmode = 0\n"
+        "confined = 0\nhemisphere = \"\"\nname = \"left\"\n";
+    const auto replaced = [&](const std::string& a, const std::string& b) {
+        std::string text = whole;
+        return text.replace(text.find(a), a.size(), b);
+    };
+    for (const auto& [text, message] : std::initializer_list<std::pair<std::string, const char*>>{
+             {whole.substr(0, whole.size() - 14), "'name' is missing; is the file cut short?"},
+             {whole.substr(0, whole.size() - 2), "kept.toml:9: "},
+             {"", "is missing"},
+             {whole + "nodes = 3\n", "kept.toml:10: 'nodes' is not a known key; did you mean 'node'?"},
+             {replaced("node = 3", "node = 16"), "kept.toml:2: 'node' must be 0 to 15"},
+             {replaced("node = 3", "node = -1"), "kept.toml:2: 'node' must be a whole number"},
+             {replaced("node = 3", "node = \"3\""), "kept.toml:2: 'node' must be a whole number"},
+             {replaced("bit_rate = 1000000", "bit_rate = 300000"), "kept.toml:3: 'bit_rate' must be 125000"},
+             {replaced("data_bit_rate = 5000000", "data_bit_rate = 0"), "'data_bit_rate' must be 2500000 or 5000000"},
+             {replaced("start = 0", "start = 3"), "'start' must be 0 (idle at power-on)"},
+             {replaced("name = \"left\"", "name = \"a name with blanks\""), "'name' must have at most 16 ASCII characters"},
+             {replaced("hemisphere = \"\"", "hemisphere = \"1/0\""), "hemisphere must be a direction X/Y/Z"},
+             {replaced("hemisphere = \"\"", "hemisphere = \"inf/0/0\""), "hemisphere must be a direction X/Y/Z"},
+             {replaced("version = 1", "version = 2"), "kept.toml:1: 'version' must be 1; the file is for other firmware"}}) {
+        std::ofstream(in("kept.toml")) << text;
+        EXPECT_EQ(tricoil("device config restore serial:/dev/null " + in("kept.toml")), 2) << text;
+        EXPECT_THAT(err, HasSubstr(message));
+        EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+    }
+    for (const std::string& words : {"set serial:/dev/null", "set serial:/dev/null node", "set serial:/dev/null nod=3",
+                                     "set serial:/dev/null node=1 node=2", "get serial:/dev/null x", "save serial:/dev/null x",
+                                     "dump serial:/dev/null", "restore serial:/dev/null", "put serial:/dev/null"}) {
+        EXPECT_EQ(tricoil("device config " + words), 2) << words;
+        EXPECT_THAT(err, HasSubstr("tricoil: ")) << words;
+    }
+}
+
 TEST_F(DeviceInfo, ModeIsSetAndPrinted) {
     plug_in("");
     ASSERT_EQ(tricoil("device mode --wait 20 --mux fdm --rate-hz 240 --columns " + device_), 0) << err;

@@ -10,14 +10,15 @@
 #include "board/host/commands/device_condition.hpp"
 #include "board/host/commands/level_meter.hpp"
 #include "board/host/commands/option_values.hpp"
+#include "board/linux/device_config.hpp"
 #include "board/linux/device_inquiry.hpp"
 #include "board/linux/device_list.hpp"
-#include "board/linux/device_parameters.hpp"
 #include "board/linux/device_uri.hpp"
 #include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/line_reader.hpp"
+#include "board/support/nearest_name.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/progress.hpp"
 #include "board/support/terminal_text.hpp"
@@ -329,7 +330,10 @@ void refuse_taken_node(const std::string& place, std::uint64_t own_serial) {
     refuse_if(serial != own_serial, "{}: this node is taken by the device with serial number {}; choose another", place, serial);
 }
 
+const std::vector<std::string> kActs{"get", "set", "save", "dump", "restore"};
+
 int configure(const DeviceCommand& command) {
+    (void)index_of_name("action", command.act, kActs);
     const bool sets = command.act == "set";
     const bool restores = command.act == "restore";
     const std::size_t count = command.words.size();
@@ -440,8 +444,7 @@ void add_device_command(CLI::App* sub, Action& action) {
                             {"new firmware, with dfu-util", "tricoil device loader can:can0"}, &enter_loader)));
     CLI::App* const config =
         add("config", "Parameters that a tracker board keeps: node, bit rates, start, mode, name, hemisphere", {}, &configure);
-    one_of(config->add_option("act", command->act, "set: until power-off; save: keep, after a press of the button"),
-           {"get", "set", "save", "dump", "restore"})
+    one_of(config->add_option("act", command->act, "set: until power-off; save: keep, after a press of the button"), kActs)
         ->required();
     add_wait(add_device(config))->add_option("words", command->words, "set: KEY=VALUE ...; dump, restore: FILE");
     set_examples(config, {{"the parameters", "tricoil device config get can:can0"},

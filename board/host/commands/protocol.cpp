@@ -77,24 +77,23 @@ std::string dbc_file() {
 /// Beginning of the page. Arguments: version, longest message.
 constexpr const char* kIntroduction = R"(# Wire protocol, version {}
 
-Generated from `schema.hpp` by `tricoil protocol`; do not edit. Numbers are little-endian; physical value = scale x number (scale: 1 by default). A number
-outside the range of its field makes the message invalid; without a range, that of the type holds. Messages with an unknown version
-or type are refused and counted. Every message begins with the same fields:
+Generated from `schema.hpp` by `tricoil protocol`; do not edit. Numbers are little-endian, in the stated unit. A number outside the
+range of its field (by default that of its type) makes the message invalid. Messages of an unknown version or type are refused and
+counted. Every message begins with the same fields:
 
-| byte | field | type | scale | unit | range | |
-|---|---|---|---|---|---|---|
-| 0 | version | u8 | 1 | | | of the protocol |
-| 1 | type | u8 | 1 | | | number in the heading of the message |
-| 2 | sequence | u32 | 1 | | | counts the sender's messages of this type |
-| 6 | time | i64 | 1e-06 | s | 0 to 9.2e+12 | device time; middle of the window |
+| byte | field | type | unit | range | |
+|---|---|---|---|---|---|
+| 0 | version | u8 | | | of the protocol |
+| 1 | type | u8 | | | number in the heading of the message |
+| 2 | sequence | u32 | | | counts the sender's messages of this type |
+| 6 | time | i64 | 1e-06 s | 0 to 9.2e+12 | device time; middle of the window |
 
 - CAN FD: one message per frame, standard identifier 0x100 + 16 type + node (0-15), padded with zeros to the next CAN FD length.
   Longer messages use ISO 15765-2 segments: 0x1E0 + node from the device, 0x1F0 + node from the host; at most {} bytes.
 - Byte streams (USB bulk, serial): message and CRC-32 (IEEE 802.3, little-endian), COBS encoded, then a zero byte.
 
-A host sends `command` hello with its range of versions. The device answers `identify`. Both use the newest common version. The
-device answers `command` start by `ack`, and then sends columns or poses. Without a message from the host for the watchdog time
-it switches the coils off and becomes idle. If the host drives the coils, it reports each change by `command` excite with a state
+A host sends `command` hello with its range of versions. The device answers `identify`. Both use the newest common version. After
+`command` start and its `ack` the device sends columns or poses. If the host is silent for the watchdog time, it becomes idle, coils off. If the host drives the coils, it reports each change by `command` excite with a state
 sequence. A column echoes the state sequence of its measurement; a flag marks a column during which the coils changed.
 
 A command that is not executed is answered by `ack` with the reason. A device with several links sends its stream to each host
@@ -118,8 +117,8 @@ otherwise `ack` refused has the argument 1.
 /// A row of a message's table. An empty range is that of the type.
 std::string row(const std::string& bytes, const std::string& names, const FieldInfo& f) {
     const bool any = f.low == lowest(f.type) && f.high == highest(f.type);
-    return fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", bytes, names, name_of(f.type),
-                       f.scale == 1 ? "" : fmt::format("{}", f.scale), f.unit,
+    const std::string scale = f.scale == 1 ? "" : fmt::format("{}{}", f.scale, *f.unit == '\0' ? "" : " ");
+    return fmt::format("| {} | {} | {} | {}{} | {} | {} |\n", bytes, names, name_of(f.type), scale, f.unit,
                        any ? "" : fmt::format("{:.6g} to {:.6g}", f.scale * f.low, f.scale * f.high), f.what);
 }
 
@@ -155,14 +154,14 @@ std::string protocol_page() {
         const std::size_t bytes = protocol::fixed_bytes(schema);
         fmt::format_to(
             std::back_inserter(page),
-            "\n## {} ({})\n\nFrom: {}. {}{}.\n\n| byte | field | type | scale | unit | range | "
-            "|\n|---|---|---|---|---|---|---|\n",
+            "\n## {} ({})\n\nFrom: {}. {}{}.\n\n| byte | field | type | unit | range | "
+            "|\n|---|---|---|---|---|---|\n",
             schema.kInfo.name, static_cast<int>(schema.kInfo.type), schema.kInfo.from, schema.kInfo.what,
             schema.kInfo.tail_unit > 0 ? fmt::format("; {} bytes and a tail", bytes) : fmt::format("; {} bytes", bytes));
         page += field_rows(schema);
         if (schema.kInfo.tail_unit > 0) {
-            fmt::format_to(std::back_inserter(page), "| {} | (tail) | {} bytes each | | | | {} |\n", bytes,
-                           schema.kInfo.tail_unit, schema.kInfo.tail_what);
+            fmt::format_to(std::back_inserter(page), "| {} | (tail) | {} bytes each | | | {} |\n", bytes, schema.kInfo.tail_unit,
+                           schema.kInfo.tail_what);
         }
     });
     return page;
