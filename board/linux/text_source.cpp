@@ -166,6 +166,9 @@ void TextSource::take_frame(const TextFrame& frame) {
 
 void TextSource::begin(const TextTiming& timing) {
     timing_ = timing;
+    host::refuse_if(!is_live() && !name_.rate_hz && timing.rate_hz >= TextName::kFastest_hz,
+                    "{}: the times give {} frames a second or more; are they in another unit? Else add ,rate_hz=R", device_,
+                    timing.rate_hz);
     const Microseconds some_frames = kSilentFrames * microseconds_from_seconds(1 / timing.rate_hz);
     silence_ = std::max(kShortestSilence, some_frames);
     auto settings = tracker_settings(params_, name_.sensors, timing.multiplexing, timing.rate_hz);

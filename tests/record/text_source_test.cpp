@@ -242,6 +242,8 @@ TEST(TextSource, AWrongLineOfAFileIsNamed) {
              {std::string("PK\3\4\24\0\0", 7) + "x11\n", "text_wrong: the file is damaged"},
              {"state,in_phase_1,in_phase_2,in_phase_3,sigma\n1,1,1,1,1\n", ":2: no time"},
              {"time_us,state,in_phase_1,in_phase_1,in_phase_3\n0,1,1,1,1\n", ":1: more than one column in_phase_1"},
+             {names + "0,1,0.1,0,0,1e-6\n5,2,0,0.1,0,1e-6\n10,3,0,0,0.1,1e-6\n15,1,0.1,0,0,1e-6\n20,2,0,0.1,0,1e-6\n",
+              "text_wrong: the times give 10000 frames a second or more; are they in another unit?"},
              {names + "9,1,0.1,0.2,0.3,1e-6\n8,2,0.1,0.2,0.3,1e-6\n", ":3: time 8 us is not later than that of the line before"},
              {"time_us,state,in_phase_1,in_phase_2,in_phase_3\n0,1,1,1,1\n", ":2: no sigma: add ,sigma=S"},
              {names + "0,1,0.1,0.2,0.3,1e-6\n{\"time_us\"", ":3: is not a JSON object"}}) {
