@@ -6,6 +6,7 @@
 #include <deque>
 #include <stdexcept>
 
+#include "core/error_model/path_correction.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/solver/direct.hpp"
@@ -50,18 +51,12 @@ Pose solve(const Mat3<double>& x, const Vec3<double>& true_position_m) {
 }  // namespace
 
 MotionState<double> motion_state(const sim::Motion& motion, double time_s) {
+    const auto at = [&](double when_s) {
+        const Pose pose = motion.at(when_s);
+        return error_model::PathPose<double>{when_s, pose.position_m, pose.q_source_sensor};
+    };
     constexpr double kStep = 1e-4;
-    const Pose now = motion.at(time_s);
-    const Pose before = motion.at(time_s - kStep);
-    const Pose after = motion.at(time_s + kStep);
-    MotionState<double> state = state_from(after, before, 2 * kStep);
-    state.position_m = now.position_m;
-    state.q_source_sensor = now.q_source_sensor;
-    const Vec3<double> turn_after = rotation_between(now.q_source_sensor, after.q_source_sensor);
-    const Vec3<double> turn_before = rotation_between(before.q_source_sensor, now.q_source_sensor);
-    state.angular_acceleration_rad_s2 = (turn_after - turn_before) / (kStep * kStep);
-    state.acceleration_m_s2 = (after.position_m - 2 * now.position_m + before.position_m) / (kStep * kStep);
-    return state;
+    return error_model::motion_at(at(time_s - kStep), at(time_s), at(time_s + kStep));
 }
 
 std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& params) {

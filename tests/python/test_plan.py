@@ -10,6 +10,16 @@ import numpy as np
 import tricoil
 from scipy.spatial.transform import Rotation
 
+#: A common arm of six joints.
+ARM = """joint,a_m,alpha_deg,d_m,theta_deg,lower,upper,speed
+q1,0,90,0.4,0,-170,170,150
+q2,0.45,0,0,0,-120,120,150
+q3,0.05,90,0,0,-140,140,150
+q4,0,-90,0.42,0,-185,185,300
+q5,0,90,0,0,-120,120,300
+q6,0,0,0.1,0,-350,350,400
+"""
+
 
 class Plan(unittest.TestCase):
     def setUp(self):
@@ -74,6 +84,48 @@ class Plan(unittest.TestCase):
             done = subprocess.run([program, "motion", *words], capture_output=True, text=True, check=False)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
             self.assertIn(message, done.stderr)
+
+    def arm(self, text=ARM):
+        file = os.path.join(os.path.dirname(self.file), "arm.csv")
+        with open(file, "w", encoding="utf-8") as out:
+            out.write(text)
+        return {"chain": file, "start_joints": "0,60,-20,0,70,0", "grid": 2, "size": "0.2,0.2,0.2", "turn": 30, "limits": "0.4,4,40", "turn_limits": "2,20,200", "rate_hz": 50}
+
+    def test_joints_of_a_robot_follow_the_plan_within_their_limits(self):
+        options = self.arm()
+        result, poses = self.planned(**options)
+        with open(self.file, encoding="utf-8") as file:
+            self.assertEqual(file.readline(), "time_s,x_m,y_m,z_m,qw,qx,qy,qz,q1,q2,q3,q4,q5,q6,part\n")
+        arm = tricoil.truth([], joints=self.file, chain=options["chain"]).poses
+        attitude = [Rotation.from_quat(one.quaternion_wxyz[:, [1, 2, 3, 0]]) for one in (poses, arm)]
+        np.testing.assert_allclose(arm.time_s, poses.time_s)
+        np.testing.assert_allclose((attitude[1][0].inv() * attitude[1]).as_matrix(), attitude[0].as_matrix(), atol=2e-6)
+        moved = attitude[1][0].inv().apply(arm.position_m - arm.position_m[0])
+        np.testing.assert_allclose(moved, poses.position_m - poses.position_m[0], atol=2e-6)
+        for joint, low, high, speed in zip(result["joints"], (-170, -120, -140, -185, -120, -350), (170, 120, 140, 185, 120, 350), (150, 150, 150, 300, 300, 400)):
+            self.assertTrue(np.radians(low) <= joint["lowest"] < joint["highest"] <= np.radians(high) and 0 < joint["max_speed"] <= np.radians(speed), joint)
+
+    def test_a_plan_that_a_robot_cannot_follow_is_refused(self):
+        for change, options, message in ((("", ""), {"size": "2,2,2", "center": "1.5,0,0"}, "cannot reach the pose at .* mm and .* deg are left"),
+                                         (("", ""), {"start_joints": None}, "needs start_joints: the values of q1, q2"),
+                                         (("", ""), {"start_joints": "1,2"}, "start_joints must be 6 numbers"), (("", ""), {"chain": None}, "require chain"),
+                                         (("", ""), {"link": "hand"}, "leave link out"), (("-350,350", "-350,high"), {}, "'high' in column upper is not a number")):
+            with self.subTest(message), self.assertRaisesRegex(ValueError, message):
+                self.planned(**{**self.arm(ARM.replace(*change)), **options})
+            self.assertFalse(os.path.exists(self.file))
+
+    def test_limits_of_joints_are_named_with_place_and_mend(self):
+        from tricoil import _chain, _plan_joints
+
+        start, rows = np.radians([0, 60, -20, 0, 70, 0]), np.linspace(0, 1, 41)[:, None] * [0, 0.1, 0.1, 0, 0, 0.2]
+        for change, message in ((("-120,120,150", "55,120,150"), "joint q2 would be at .* deg at .* s .the part.; its limit is 55.0"),
+                                (("-120,120,150", "59,120,150"), "its limit is 59.0"),
+                                (("150\nq2", "5\nq2"), "joint q1 would need .* its limit is 5.0; give --limits and --turn-limits with at most 0.[0-9]+ of these speeds")):
+            chain = _chain.read_chain(self.arm(ARM.replace(*change))["chain"])
+            with self.subTest(message), self.assertRaisesRegex(ValueError, message):
+                _plan_joints.follow(chain, start, np.zeros(3), rows, 20.0, lambda _: "the part")
+        values = _plan_joints.follow(_chain.read_chain(self.arm()["chain"]), start, np.zeros(3), rows, 20.0, str)
+        np.testing.assert_allclose(values[0], start, atol=1e-9)
 
     def test_a_plan_that_cannot_be_is_refused_by_name(self):
         for options, message in (({"size": "0.05,0.4,0.4"}, r"limits: to reach the speed \S+ within 0.05 m \(axis x\), the (acceleration|jerk) must be"),

@@ -183,7 +183,11 @@ class Files(FolderCase):
         self.refused(is_input, *run, "--calibration", cal, "--couplings", cal)
         for one, other in itertools.combinations(("--out", "--couplings", "--record-wav"), 2):
             self.refused("name the same file", *run, one, both, other, os.path.join(self.folder, ".", "both"))
-        self.assertFalse(os.path.exists(both))
+        both += ".svg"
+        for words, (one, other) in ((("motion", "--poses", data, "--timing", "fdm"), ("--out", "--plot")), (("truth", data), ("--out", "--plot")), (("generator", "simulate"), ("--out", "--save"))):
+            self.refused(f"{one} and {other} name the same file", *words, one, both, other, os.path.join(self.folder, ".", "both.svg"))
+        self.refused(is_input, "motion", "--plan", cal, "--chain", cal, "--start-joints", "1")
+        self.assertFalse({"both", "both.svg"} & set(os.listdir(self.folder)))
         for path, text in ((self.out, wiring), (data, frames), (poses, frames), (cal, "cal")):
             with open(path, encoding="utf-8") as file:
                 self.assertEqual(file.read(), text)

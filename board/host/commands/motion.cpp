@@ -38,7 +38,7 @@ constexpr std::array<TextOption, 6> kRecordedOptions{{
     {"--plot", "Picture of the errors by time, speed, angular rate and range", kFileType},
     {"--place", "Mean position of the trajectory, m; default: as recorded", "X,Y,Z"},
 }};
-constexpr std::array<TextOption, 7> kPlanOptions{{
+constexpr std::array<TextOption, 10> kPlanOptions{{
     {"--plan", "Path of a robot for the verification of a tracker, as CSV", kFileType},
     {"--center", "--plan: middle of the box, m, from the source; default 0.6,0,0", "X,Y,Z"},
     {"--size", "--plan: edges of the box, m; default 0.4,0.4,0.4", "X,Y,Z"},
@@ -46,6 +46,10 @@ constexpr std::array<TextOption, 7> kPlanOptions{{
     {"--limits", "--plan: speed, acceleration and jerk, m/s, m/s^2, m/s^3; default 1,10,100", "V,A,J"},
     {"--turn-limits", "--plan: the same of rotations, rad/s, rad/s^2, rad/s^3; default 3,30,300", "V,A,J"},
     {"--turn", "--plan: largest rotation from the mean attitude, deg; default 45", "NUMBER"},
+    {"--chain", "--plan: robot whose joints follow, within their limits: Denavit-Hartenberg table or URDF", kFileType},
+    {"--link", "--plan: link of the URDF that carries the sensor; default: the last", "NAME"},
+    {"--start-joints", "--plan: joint values in the middle of the box, deg (mm): the link is then parallel to the source",
+     "Q1,Q2,..."},
 }};
 
 struct MotionCommand {

@@ -14,11 +14,15 @@ from ._xml_file import root_of
 DH_COLUMNS = {"a": METRES, "d": METRES, "alpha": None, "theta": None}
 RADIANS = {"rad": 1.0, "deg": np.pi / 180}
 TYPES = ("revolute", "prismatic", "fixed")
+UNLIMITED = (-np.inf, np.inf, np.inf)
 
 
 @dataclasses.dataclass
 class Joint:
-    """A fixed transform before the joint, the motion about or along its axis, and a fixed transform after it. mimic: (name, factor, offset)."""
+    """A fixed transform before the joint, the motion about or along its axis, and a fixed transform after it.
+
+    mimic: (name, factor, offset). limits: lowest and highest value and largest speed, rad or m.
+    """
 
     name: str
     kind: str
@@ -26,6 +30,7 @@ class Joint:
     before: tuple
     after: tuple
     mimic: tuple | None = None
+    limits: tuple[float, float, float] = UNLIMITED
 
 
 @dataclasses.dataclass
@@ -36,6 +41,9 @@ class Chain:
     def wanted(self):
         """Names of the joint values, in order, each once."""
         return list(dict.fromkeys(one.mimic[0] if one.mimic else one.name for one in self.joints if one.kind != "fixed"))
+
+    def joint(self, name):
+        return next(one for one in self.joints if one.name == name)
 
     def pose(self, values):
         """Position (N, 3) and Rotation of the last link in the first one's frame. values: {name: (N,) in rad or m}."""
@@ -66,7 +74,10 @@ def read_chain(path, link=None) -> Chain:
 
 
 def denavit_hartenberg(data, name) -> Chain:
-    """Columns a, alpha, d, theta with units (a_m, alpha_deg ...), and optionally joint, type and convention (standard; modified: Craig 1989)."""
+    """Columns a, alpha, d, theta with units (a_m, alpha_deg ...), and optionally joint, type and convention (standard; modified: Craig 1989).
+
+    Limits of the joints, optional: lower, upper and speed (per second), in deg, or mm of a prismatic joint.
+    """
     content = table(data, name)
     texts, factors = {}, {}
     for n, column in enumerate(content.columns):
@@ -78,6 +89,7 @@ def denavit_hartenberg(data, name) -> Chain:
             factors[plain] = (n, units[unit])
         elif column.strip().lower() in ("joint", "type", "convention"):
             texts[column.strip().lower()] = content.fields[n]
+    limits = dh_limits(content)
     missing = [one for one in DH_COLUMNS if one not in factors]
     if missing:
         raise PoseError(f"{name}: has no column {missing[0]}; a Denavit-Hartenberg table has a_m, alpha_rad, d_m, theta_rad, and joint, type and convention if wanted")
@@ -95,11 +107,24 @@ def denavit_hartenberg(data, name) -> Chain:
         before, after = (along_x, along_z) if convention == "modified" else (along_z, along_x)
         if convention == "modified":
             before, after = (along_x[0] + along_x[1].apply(along_z[0]), along_x[1] * along_z[1]), NOWHERE
-        joints.append(Joint(texts["joint"][n] if "joint" in texts else f"q{n + 1}", kind, np.array([0.0, 0, 1]), before, after))
+        joints.append(Joint(texts["joint"][n] if "joint" in texts else f"q{n + 1}", kind, np.array([0.0, 0, 1]), before, after,
+                            limits=tuple(limits[:, n] * (1e-3 if kind == "prismatic" else RADIANS["deg"]))))
     names = [one.name for one in joints]
     if len(set(names)) < len(names):
         raise PoseError(f"{name}: joint {next(one for one in names if names.count(one) > 1)} is there twice")
     return Chain(name, joints)
+
+
+def dh_limits(content) -> np.ndarray:
+    """Columns lower, upper and speed, (3, N); without a column or a value: no limit."""
+    titles = [column.strip().lower() for column in content.columns]
+    limits = np.repeat(np.array(UNLIMITED)[:, None], len(content), axis=1)
+    for row, title in zip(limits, ("lower", "upper", "speed")):
+        if title in titles:
+            column = titles.index(title)
+            given = np.flatnonzero(~content.empty([column])[0])
+            row[given] = content.taken(given).numbers(column)
+    return limits
 
 
 def vector(element, attribute, default, name, joint):
@@ -121,6 +146,7 @@ def urdf_joint(element, name) -> tuple[str, str, Joint]:
         raise PoseError(f"{name}: joint {joint or 'without name'} has no parent or no child link")
     origin = element.find("origin")
     before = vector(origin, "xyz", "0 0 0", name, joint), Rotation.from_euler("xyz", vector(origin, "rpy", "0 0 0", name, joint))
+    limits = urdf_limits(element.find("limit"), kind, name, joint)
     kind = "revolute" if kind == "continuous" else kind
     axis = vector(element.find("axis"), "xyz", "1 0 0", name, joint)
     if kind in ("revolute", "prismatic"):
@@ -133,7 +159,20 @@ def urdf_joint(element, name) -> tuple[str, str, Joint]:
             mimic = (copy.get("joint"), float(copy.get("multiplier", "1")), float(copy.get("offset", "0")))
         except ValueError:
             raise PoseError(f"{name}: joint {joint}: mimic must have numbers") from None
-    return ends[0].get("link"), ends[1].get("link"), Joint(joint, kind, axis, before, NOWHERE, mimic)
+    return ends[0].get("link"), ends[1].get("link"), Joint(joint, kind, axis, before, NOWHERE, mimic, limits)
+
+
+def urdf_limits(element, kind, name, joint) -> tuple[float, float, float]:
+    """A continuous joint has no lower and upper limit; equal ones, and a velocity of 0, are those of a file that does not state them."""
+    if element is None:
+        return UNLIMITED
+    try:
+        low, high, speed = (float(element.get(one, default)) for one, default in (("lower", "0"), ("upper", "0"), ("velocity", "inf")))
+    except ValueError:
+        low = high = speed = float("nan")
+    if not (low <= high and speed >= 0):
+        raise PoseError(f"{name}: joint {joint}: limit must have numbers, lower below upper")
+    return (*(UNLIMITED[:2] if kind == "continuous" or low == high else (low, high)), speed or np.inf)
 
 
 def urdf(data, name, link) -> Chain:

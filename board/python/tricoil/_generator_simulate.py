@@ -65,8 +65,6 @@ def run(out=None, generator=None, save=None, path=None, gain=1.0, snr_db=60.0, s
     """Result as `--json` prints it, and the couplings (M, N). Raises ValueError, OSError."""
     if out is None:
         raise ValueError("--out FILE is needed, for the couplings")
-    if save is not None and os.path.abspath(save) == os.path.abspath(out):
-        raise ValueError(f"--save {save}: is also --out; choose another file")
     chosen = _chosen({"coils": coils, "count": count, "place": place, "slot_s": slot_s, "rate_hz": rate_hz}, generator, path)
     chosen |= {"gain": gain, "snr_db": snr_db, "seed": seed}
     values = {name: number(f"--{name.replace('_', '-')}", chosen[name]) for name in LIMITS}

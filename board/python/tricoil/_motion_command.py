@@ -15,7 +15,7 @@ from ._verify import RANGE_EDGES, RATE_EDGES, SPEED_EDGES, rms
 
 EDGES = {"speed_m_s": SPEED_EDGES, "angular_rate_rad_s": RATE_EDGES, "range_m": RANGE_EDGES}
 TITLES = {"speed_m_s": "speed, m/s", "angular_rate_rad_s": "angular rate, rad/s", "range_m": "range, m"}
-PLAN_OPTIONS = ("center", "size", "grid", "limits", "turn_limits", "turn", "rate_hz")
+PLAN_OPTIONS = ("center", "size", "grid", "limits", "turn_limits", "turn", "rate_hz", "chain", "link", "start_joints")
 UPDATES_HZ = 240.0
 CARRIER_HZ, LIGHT_M_S = 14_000.0, 299_792_458.0  # FASTRAK and LIBERTY use 8 to 14 kHz
 UNCHECKED = "an assumption: without a reference it cannot be checked"

@@ -18,7 +18,13 @@ def _read_from(name):
 
 def refuse_input_as_output(outputs: dict, inputs: Iterable) -> None:
     """outputs: name or None by option. inputs: names of files and folders, "-" (standard input), None, or arrays. Raises ValueError if an output is an
-    input, under whatever name."""
+    input, under whatever name, or two outputs are one file."""
+    seen: dict[str, str] = {}
+    for option, output in outputs.items():
+        if output not in (None, "-") and (os.path.isfile(output) or not os.path.exists(output)):  # two texts may go to one device
+            other = seen.setdefault(os.path.realpath(output), option)
+            if other != option:
+                raise ValueError(f"{other} and {option} name the same file; choose two files")
     named = [file for one in inputs if isinstance(one, (str, os.PathLike)) for file in _read_from(os.fspath(one))]
     for option, output in outputs.items():
         if output in (None, "-") or not os.path.isfile(output):

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from ._output_file import write_whole
+from ._output_file import refuse_input_as_output, write_whole
 from ._poses import PoseError
 
 RATE_HZ = 100.0
@@ -221,26 +221,53 @@ def text(result: dict) -> str:
              "  part                                     from, s      m/s    m/s^2    rad/s  rad/s^2"]
     lines += [f"  {one['name']:<40}{one['from_s']:8.1f} {one['max_speed_m_s']:8.3f} {one['max_acceleration_m_s2']:8.3f} {one['max_rate_rad_s']:8.3f} {one['max_angular_acceleration_rad_s2']:8.2f}"
               for one in result["parts"] if one["name"] != "approach"]
+    if "joints" in result:
+        lines.append("  joint                                 lowest, rad or m  highest  largest speed")
+        lines += [f"  {one['joint']:<40}{one['lowest']:14.3f} {one['highest']:8.3f} {one['max_speed']:14.3f}" for one in result["joints"]]
     return "\n".join(lines) + "\n"
 
 
-def csv(path: Path, rows: NDArray) -> str:
-    """time_s, position, quaternion and the name of the part."""
+def part_names(path: Path, count: int) -> list[str]:
+    """Of each row."""
+    names, begins = [name.replace(",", "") for name, _ in path.parts], np.array([begin for _, begin in path.parts])
+    return [names[max(0, n)] for n in np.searchsorted(begins, np.arange(count), side="right") - 1]
+
+
+def csv(rows: NDArray, rate_hz: float, parts: list[str], joints: dict[str, NDArray]) -> str:
+    """time_s, position, quaternion, joint values (rad or m) and the name of the part."""
     from scipy.spatial.transform import Rotation
 
     from ._rotation import wxyz
 
     q = wxyz(Rotation.from_rotvec(rows[:, 3:]))
-    begins = np.array([begin for _, begin in path.parts])
-    which = np.searchsorted(begins, np.arange(len(rows)), side="right") - 1
-    names = [name.replace(",", "") for name, _ in path.parts]
-    lines = ["time_s,x_m,y_m,z_m,qw,qx,qy,qz,part"]
-    for n, (position, turn) in enumerate(zip(rows[:, :3], q)):
-        lines.append(f"{n / path.rate_hz:.6f}," + ",".join(f"{value:.9f}" for value in (*position, *turn)) + f",{names[max(0, which[n])]}")
+    lines = [",".join(("time_s,x_m,y_m,z_m,qw,qx,qy,qz", *joints, "part"))]
+    for n, values in enumerate(np.column_stack((rows[:, :3], q, *joints.values()))):
+        lines.append(f"{n / rate_hz:.6f}," + ",".join(f"{value:.9f}" for value in values) + f",{parts[n]}")
     return "\n".join(lines) + "\n"
 
 
-def run(plan, center=None, size=None, grid=None, limits=None, turn_limits=None, turn=None, rate_hz=None) -> tuple[dict, str]:
+def joints_along(chain, link, start_joints, center_m, rows, rate_hz, parts) -> tuple[dict[str, NDArray], list[dict]]:
+    """Columns and summary of the joints of --chain; none without it. Raises PoseError."""
+    if chain is None:
+        if link is not None or start_joints is not None:
+            raise PoseError("--link, --start-joints: require --chain, the robot")
+        return {}, []
+    from . import _plan_joints
+    from ._chain import read_chain
+
+    robot = read_chain(chain, link)
+    names = robot.wanted()
+    if not names or any(name not in {one.name for one in robot.joints} for name in names):
+        raise PoseError(f"--chain: {robot.name} has no joint that moves, or one that mimics a joint outside the chain")
+    if start_joints is None:
+        raise PoseError(f"--chain needs --start-joints: the values of {', '.join(names)} in the middle of the box, in deg (prismatic: mm)")
+    factor = np.array([np.pi / 180 if robot.joint(name).kind == "revolute" else 1e-3 for name in names])
+    start = factor * numbers("--start-joints", start_joints, (), len(names), -np.inf)
+    values = _plan_joints.follow(robot, start, center_m, rows, rate_hz, parts.__getitem__)
+    return dict(zip(names, values.T)), _plan_joints.summary_of(robot, values, rate_hz)
+
+
+def run(plan, center=None, size=None, grid=None, limits=None, turn_limits=None, turn=None, rate_hz=None, chain=None, link=None, start_joints=None) -> tuple[dict, str]:
     """Writes the path of --plan. Result and text. Raises PoseError, OSError."""
     box = Box(numbers("--center", center, (0.6, 0.0, 0.0), 3, -np.inf), numbers("--size", size, (0.4, 0.4, 0.4), 3),
               float(np.radians(numbers("--turn", turn, (45.0,), 1)[0])))
@@ -262,6 +289,11 @@ def run(plan, center=None, size=None, grid=None, limits=None, turn_limits=None, 
         raise PoseError(f"--grid, --limits: the grid alone takes {seconds:.0f} s; at most {LONGEST_S:g} s are planned; give a smaller grid, or a larger speed")
     path = make(box, both, int(count), rate)
     rows = np.concatenate(path.rows)
-    write_whole(plan, csv(path, rows))
+    refuse_input_as_output({"--plan": plan}, [chain])
+    parts = part_names(path, len(rows))
+    joints, summary_of_joints = joints_along(chain, link, start_joints, box.center_m, rows, rate, parts)
+    write_whole(plan, csv(rows, rate, parts, joints))
     result = summary(path, rows, plan)
+    if joints:
+        result["joints"] = summary_of_joints
     return result, text(result)

@@ -33,6 +33,7 @@ export class Tour {
     this.steps = [];
     this.place = null;  // {step, compensated, speed}; null: there is no tour
     this.error = new TrueError();
+    this.isLost = false;
     this.found = new Map();  // RMS in mm by motion, its speed and compensation
     element('tour_next').addEventListener('click', () => this.move(1));
     for (const compensated of [false, true]) element(name(compensated)).addEventListener('click', () => this.compensate(compensated));
@@ -64,6 +65,7 @@ export class Tour {
     if (place.other_mm === null) this.found.delete(this.#key(!place.compensated));
     if (isSame) return;
     this.error.restart();
+    this.isLost = false;
     element('tour_text').textContent = step.shows;
     [...element('tour_steps').children].forEach(
         (item, n) => n === place.step ? item.firstChild.setAttribute('aria-current', 'step') : item.firstChild.removeAttribute('aria-current'));
@@ -79,14 +81,16 @@ export class Tour {
   add(pose, t) {
     if (!this.place) return;
     this.error.add(pose, t);
-    const key = this.#key(this.place.compensated);
-    if (this.error.rms_mm !== null) this.found.set(key, this.error.rms_mm);
-    if (!this.error.entries.length && !pose.valid) this.found.delete(key);
+    this.isLost = !pose.valid;
   }
 
   /// Call it after the poses of an event.
   refresh() {
-    if (this.place) this.#showErrors();
+    if (!this.place) return;
+    const mm = this.error.rms_mm;
+    if (mm !== null) this.found.set(this.#key(this.place.compensated), mm);
+    if (this.isLost && !this.error.entries.length) this.found.delete(this.#key(this.place.compensated));
+    this.#showErrors();
   }
 
   go(step) {
