@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ._byte_stream import ByteStream
 from ._rotation import rotations
-from ._table_rows import LONGEST_LINE, Table
+from ._table_rows import Table
 from ._whole_file import read_whole
 
 POSE, AXIS, TURN = ("x_m", "y_m", "z_m"), ("nx", "ny", "nz"), ("qw", "qx", "qy", "qz")
@@ -37,8 +37,8 @@ class Frames:
 
 
 def _words_of(path):
-    with open(path, encoding="utf-8", errors="replace") as file:
-        return next((words for words in map(str.split, file.read(LONGEST_LINE).splitlines()) if words), [])
+    with ByteStream(path) as stream:
+        return next((words for words in map(str.split, stream.read().decode(errors="replace").splitlines()) if words), [])
 
 
 def _is_stage(path):

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ._whole_file import MOST_BYTES, read_whole
+from ._whole_file import MOST_BYTES, MOST_LINES, read_whole
 
 FARTHEST_M = 20.0  # the median distance of a file whose unit is not given; a tracker, or a motion laboratory, is smaller
 LARGEST_M, LARGEST_S = 1e6, 1e12  # of a position and a time; larger ones are broken numbers
@@ -33,7 +33,11 @@ def content_of(name: str, largest_bytes: int = MOST_BYTES) -> bytes:
         data = read_whole(name, largest_bytes)
         if not data.strip():
             raise PoseError(f"{name}: is empty")
-        return table_of(data, name) if is_array_file(data) else data
+        if is_array_file(data):
+            return table_of(data, name)
+        if data.count(b"\n") > MOST_LINES:
+            raise PoseError(f"{name}: the file is too long; at most {MOST_LINES} lines are read")
+        return data
     except ValueError as error:
         raise PoseError(str(error)) from None
 
