@@ -79,6 +79,7 @@ ROWS = {
     "device read-calibration": {STDOUT: "{device} --out read.bin", "--out": "{device} --out {out}"},
     "device write-calibration": {STDOUT: "{device} coils.bin"},
     "device mode": {STDOUT: TRACKER_BOARD},
+    "device config": {STDOUT: TRACKER_BOARD},
     "device hemisphere": {STDOUT: TRACKER_BOARD},
     "device boresight": {STDOUT: TRACKER_BOARD},
     "device loader": {STDOUT: "{device}"},
