@@ -138,11 +138,11 @@ TEST_F(Parameters, ThatAreDamagedAreTheDefaults) {
 
 /// A whole record with a good check value, but of a later version, or impossible.
 TEST_F(Parameters, OfAnotherVersionAreNotUsed) {
-    for (const std::uint32_t word : {2U << 16U, 1U << 16U}) {
+    for (const auto& [version, node] : {std::pair{2U << 16U, 9U}, {1U << 16U, 99U}}) {
         app::CalibrationStore store(board.storage);
         store.open();
         calibration::Blob blob{};
-        for (const std::uint32_t number : {0x52415054U, word, 99U, 1'000'000U, 5'000'000U}) {  // node 99
+        for (const std::uint32_t number : {0x52415054U, version, node, 1'000'000U, 5'000'000U}) {
             for (unsigned shift = 0; shift < 32; shift += 8) {
                 (void)blob.push_back(static_cast<std::uint8_t>(number >> shift));
             }

@@ -42,6 +42,19 @@ TEST(FlashImage, TracksOverTheKernelsCan) {
     EXPECT_EQ(board.wait(), 0) << test::read_text("/run/board.err");
 }
 
+TEST(FlashImage, DoesNotGetTheNodeOfAnotherDevice) {
+    test::Program board(kBoard + "--can vcan0 2>/run/board.err");
+    test::Program other(TRICOIL_FRONT_END " --link 'can:vcan0#3' --serial 7 >/run/other.out 2>&1");
+    test::Program waits(TRICOIL_PROGRAM " device info can:vcan0 --wait 60 >/run/info.out 2>&1");
+    ASSERT_EQ(waits.wait(), 0) << test::read_text("/run/info.out");
+    test::Program taken(TRICOIL_PROGRAM " device config set can:vcan0 node=3 >/run/taken.out 2>&1");
+    EXPECT_EQ(taken.wait(), 2);
+    EXPECT_EQ(test::read_text("/run/taken.out"),
+              "tricoil: can:vcan0#3: this node is taken by the device with serial number 7; choose another\n");
+    test::Program free(TRICOIL_PROGRAM " device config set can:vcan0 node=4 >/run/free.out 2>&1");
+    EXPECT_EQ(free.wait(), 0) << test::read_text("/run/free.out");
+}
+
 TEST(FlashImage, TracksOverTheKernelsUsb) {
     test::Program board(kBoard + "--usbip 2>/run/board.err");
     ASSERT_TRUE(test::eventually([] { return std::system("grep -qs 1209 /sys/bus/usb/devices/*/idVendor") == 0; }))

@@ -324,7 +324,7 @@ int enter_loader(const DeviceCommand& command) {
 void refuse_taken_node(const std::string& place, std::uint64_t own_serial) {
     std::uint64_t serial = own_serial;
     try {
-        serial = linux_board::DeviceInquiry(place, 0.3).identify().serial;
+        serial = linux_board::DeviceInquiry(place, 0.5).identify().serial;
     } catch (const DeviceError&) {  // no answer
     }
     refuse_if(serial != own_serial, "{}: this node is taken by the device with serial number {}; choose another", place, serial);
