@@ -14,7 +14,7 @@
 #include "core/tracking/judge/misfit.hpp"
 #include "sim/motion/recorded_motion.hpp"
 #include "sim/motion/simple_motions.hpp"
-#include "sim/paper/tdm_experiment.hpp"
+#include "sim/paper/paper_simulation.hpp"
 #include "sim/world/metal/metal_set.hpp"
 #include "sim/world/metal/sphere.hpp"
 
@@ -68,32 +68,26 @@ Array sphere_errors(const std::string& material, double radius_m, const Array& p
     return errors;
 }
 
-/// Errors with TDM at 240 Hz along the motion of a .traj file, or a generated one if `file` is empty: times (N), errors (N, 3,
-/// 6): measured, predicted, and predicted from the device's own poses.
-py::tuple tdm(const std::string& file, std::uint64_t seed) {
-    std::vector<paper::TdmPose> poses;
-    {
-        const py::gil_scoped_release released;
-        paper::TdmParams params;
-        if (file.empty()) {
-            params.duration_s = kGenerated_s;
-            poses = paper::simulate_tdm(sim::HandMotion(Vec3<double>(0.9, 0, 0), seed), params);
-        } else {
-            const sim::RecordedMotion motion(host::read_trajectory(file), sim::RecordedMotionParams{});
-            params.duration_s = motion.duration_s();
-            poses = paper::simulate_tdm(motion, params);
+/// Poses along a .traj file, or a generated motion if `file` is empty: three for each slot, step_s before its time, at it and
+/// after it.
+py::array_t<TruthRow> motion_poses(const std::string& file, std::uint64_t seed, double slot_s, double step_s) {
+    const py::gil_scoped_release released;
+    std::vector<TruthRow> rows;
+    const auto add = [&](const sim::Motion& motion, double duration_s) {
+        for (int n = 0; n < static_cast<int>(duration_s / slot_s); ++n) {
+            for (const double offset_s : {-step_s, 0.0, step_s}) {
+                rows.push_back(to_row(motion.at(n * slot_s + offset_s)));
+            }
         }
+    };
+    if (file.empty()) {
+        add(sim::HandMotion(Vec3<double>(0.9, 0, 0), seed), kGenerated_s);
+    } else {
+        const sim::RecordedMotion motion(host::read_trajectory(file), sim::RecordedMotionParams{});
+        add(motion, motion.duration_s());
     }
-    Array time_s(static_cast<py::ssize_t>(poses.size()));
-    Array errors({time_s.shape(0), py::ssize_t{3}, py::ssize_t{6}});
-    double* at = errors.mutable_data();
-    for (std::size_t n = 0; n < poses.size(); ++n) {
-        time_s.mutable_data()[n] = poses[n].time_s;
-        for (const auto* error : {&poses[n].measured, &poses[n].predicted, &poses[n].predicted_by_device}) {
-            at = std::copy_n(error->data(), 6, at);
-        }
-    }
-    return py::make_tuple(time_s, errors);
+    const py::gil_scoped_acquire acquired;
+    return to_array(std::move(rows));
 }
 
 }  // namespace
@@ -101,7 +95,7 @@ py::tuple tdm(const std::string& file, std::uint64_t seed) {
 void add_figures(py::module_& module) {
     module.def("sphere_errors", sphere_errors);
     module.def("sphere_response", sphere_response);
-    module.def("tdm", tdm);
+    module.def("motion_poses", motion_poses);
     module.def("write_plotted", write_plotted);
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/error_model/path_correction.hpp"
-#include "sim/paper/tdm_experiment.hpp"
+#include "tests/error_model/tdm_experiment.hpp"
 
 namespace tricoil::paper {
 

@@ -12,7 +12,7 @@
 #include "core/solver/direct.hpp"
 #include "core/solver/previous_measurement.hpp"
 #include "sim/motion/simple_motions.hpp"
-#include "sim/paper/tdm_experiment.hpp"
+#include "tests/error_model/tdm_experiment.hpp"
 #include "tests/error_model/tdm_report.hpp"
 #include "tests/support/approx.hpp"
 

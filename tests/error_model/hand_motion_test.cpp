@@ -7,8 +7,8 @@
 
 #include "board/support/sim_input/trajectory_file.hpp"
 #include "sim/motion/recorded_motion.hpp"
-#include "sim/paper/tdm_experiment.hpp"
 #include "tests/error_model/corrected_tdm.hpp"
+#include "tests/error_model/tdm_experiment.hpp"
 #include "tests/error_model/tdm_report.hpp"
 #include "tests/support/recordings.hpp"
 

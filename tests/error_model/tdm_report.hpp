@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "sim/paper/tdm_experiment.hpp"
+#include "tests/error_model/tdm_experiment.hpp"
 
 namespace tricoil::paper {
 

@@ -255,6 +255,38 @@ int run_calibration(const CalibrationFiles& files, const std::function<Calibrati
     return to_int(ExitCode::fine);
 }
 
+// Options; the Python package reads the data.
+
+void add_pivot_calibration(CLI::App* calibrate, Action& action) {
+    auto c = std::make_shared<CalibrationFiles>();
+    CLI::App* const kind = add_kind(
+        calibrate, "pivot", "Tip of a pointer for --tip, from poses with the pointer tilted to all sides and its tip at rest", *c,
+        "Recording, or a file of poses of any tracker");
+    kind->get_option("data")->expected(1);
+    kind->add_option("--sensor")->description("Number of the sensor on the pointer, if there are several")->type_name("NUMBER");
+    kind->add_option("--out", c->out, "Tip as TOML")->type_name(kFileType);
+    set_examples(kind, {{"a pointer that is tilted with its tip at rest", "tricoil run --scenario pointer --record pivot1"},
+                        {"its tip, from that recording", "tricoil calibrate pivot pivot1 --out tip.toml"}});
+    kind->callback([c, kind, &action] {
+        action = [c, kind] {
+            check_files(*c);
+            return continue_in_python(*kind);
+        };
+    });
+}
+
+void add_wiring_check(CLI::App* calibrate, Action& action) {
+    auto c = std::make_shared<std::pair<CalibrationFiles, std::vector<double>>>();
+    CLI::App* const kind = add_kind(calibrate, "wiring", "Coil and polarity of each channel, from a sensor at a known position",
+                                    c->first, "Couplings of column frames (CSV)");
+    vector_xyz(kind->add_option("--at", c->second, "Position of the sensor, its axes parallel to those of the source"))
+        ->required();
+    file_name(kind->add_option("--out", c->first.out, "Write the wiring to this file, for --wiring of other commands"));
+    set_examples(
+        kind, {{"coil and polarity of each channel", "tricoil calibrate wiring --at 0.4,0.2,0.1 --out wiring.toml frames.csv"}});
+    kind->callback([c, kind, &action] { action = [c, kind] { return continue_in_python(*kind); }; });
+}
+
 void add_calibrate_command(CLI::App* sub, Action& action) {
     sub->require_subcommand(1);
     add_stage_calibrations(sub, action);

@@ -2,20 +2,22 @@
 // Python.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <numbers>
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/reader_options.hpp"
 #include "board/host/figures/error_csv.hpp"
-#include "board/host/figures/error_maxima.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/progress.hpp"
 #include "board/support/terminal_text.hpp"
 #include "core/error_model/board_timing.hpp"
+#include "core/error_model/whole_turns.hpp"
 #include "sim/paper/paper_simulation.hpp"
 #include "sim/paper/singularities.hpp"
 
@@ -121,11 +123,41 @@ paper::SimulationParams make_params(const MotionCommand& c) {
     return params;
 }
 
-Json json_of(const ErrorMaxima& m) {
-    return {{"max_abs_e_rho_m", m.max_abs_e_rho_m},
-            {"max_abs_e_alpha_rad", m.max_abs_e_alpha_rad},
-            {"max_abs_e_beta_rad", m.max_abs_e_beta_rad},
-            {"final_e_beta_rad", m.final_e_beta_rad}};
+/// Errors of which an update has several: `part` selects one, with range_m, azimuth_rad and elevation_rad.
+using Angles = geometry::Spherical<double> (*)(const Update& update);
+geometry::Spherical<double> measured(const Update& u) { return u.measured.position; }
+geometry::Spherical<double> predicted(const Update& u) {
+    return {u.predicted.range_m, u.predicted.azimuth_rad, u.predicted.elevation_rad};
+}
+geometry::Spherical<double> exact(const Update& u) { return u.exact.position; }
+
+template <typename Value>
+double largest(const std::vector<Update>& updates, Value value) {
+    double most = 0;
+    for (const Update& update : updates) {
+        most = std::max(most, std::abs(value(update)));
+    }
+    return most;
+}
+
+/// Angles without whole turns, as the paper shows them.
+Json maxima(const std::vector<Update>& updates, Angles part) {
+    using error_model::without_whole_turns;
+    return {{"max_abs_e_rho_m", largest(updates, [&](const Update& u) { return part(u).range_m; })},
+            {"max_abs_e_alpha_rad", largest(updates, [&](const Update& u) { return without_whole_turns(part(u).azimuth_rad); })},
+            {"max_abs_e_beta_rad", largest(updates, [&](const Update& u) { return without_whole_turns(part(u).elevation_rad); })},
+            {"final_e_beta_rad", without_whole_turns(part(updates.back()).elevation_rad)}};
+}
+
+/// Largest differences from the measured errors, whole turns included.
+Json worst(const std::vector<Update>& updates, Angles part) {
+    const auto apart = [&](double geometry::Spherical<double>::*of) {
+        return largest(updates, [&](const Update& u) { return part(u).*of - measured(u).*of; });
+    };
+    using Spherical = geometry::Spherical<double>;
+    return {{"e_rho_m", apart(&Spherical::range_m)},
+            {"e_alpha_rad", apart(&Spherical::azimuth_rad)},
+            {"e_beta_rad", apart(&Spherical::elevation_rad)}};
 }
 
 /// Singular instants are predicted for the angle form with one pass; the pole-free form has none.
@@ -134,7 +166,6 @@ bool has_poles(const paper::SimulationParams& params) {
 }
 
 Json json_of(const MotionResult& r) {
-    const Summary s = summarise(r.updates);
     Json json = {{"example", r.example.name},
                  {"loop", kLoops[static_cast<std::size_t>(r.params.loop)]},
                  {"kappa", kKappas[static_cast<std::size_t>(r.params.kappa)]},
@@ -142,24 +173,21 @@ Json json_of(const MotionResult& r) {
                  {"passes", r.params.passes},
                  {"update_s", r.params.update_s},
                  {"updates", r.updates.size() - 1},
-                 {"measured", json_of(s.measured)}};
+                 {"measured", maxima(r.updates, measured)}};
     if (paper::has_prediction(r.params)) {
-        json["predicted"] = json_of(s.predicted);
-        json["max_abs_predicted_minus_measured"] = {{"e_rho_m", s.worst_prediction.e_rho_m},
-                                                    {"e_alpha_rad", s.worst_prediction.e_alpha_rad},
-                                                    {"e_beta_rad", s.worst_prediction.e_beta_rad}};
+        json["predicted"] = maxima(r.updates, predicted);
+        json["max_abs_predicted_minus_measured"] = worst(r.updates, predicted);
     }
     if (paper::has_exact_chain(r.params)) {
-        json["exact_step"] = json_of(s.exact);
-        json["max_abs_exact_step_minus_measured"] = {{"e_rho_m", s.worst_exact.e_rho_m},
-                                                     {"e_alpha_rad", s.worst_exact.e_alpha_rad},
-                                                     {"e_beta_rad", s.worst_exact.e_beta_rad}};
+        json["exact_step"] = maxima(r.updates, exact);
+        json["max_abs_exact_step_minus_measured"] = worst(r.updates, exact);
     }
-    json["max_position_error_m"] = s.max_position_error_m;
+    json["max_position_error_m"] = largest(r.updates, [](const Update& u) { return u.position_error_m.norm(); });
     if (paper::has_prediction(r.params)) {
-        json["predicted_max_position_error_m"] = s.predicted_max_position_error_m;
+        json["predicted_max_position_error_m"] =
+            largest(r.updates, [](const Update& u) { return u.predicted_position_error_m.norm(); });
     }
-    json["max_orientation_error_rad"] = s.max_rotation_error_rad;
+    json["max_orientation_error_rad"] = largest(r.updates, [](const Update& u) { return u.rotation_error_rad; });
     if (!has_poles(r.params)) {
         return json;
     }

@@ -1,6 +1,7 @@
-// Options of commands that are in the Python package alone: couplings, demodulate, design.
-#include "board/host/commands/commands.hpp"
+// Options of commands that are in the Python package alone.
 #include "board/host/commands/program.hpp"
+#include "board/host/commands/reader_options.hpp"
+#include "board/host/commands/stage_options.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -25,6 +26,70 @@ std::string refuse_bad_ratio(const std::string& text) {
     const std::uint64_t ratio = number_from<std::uint64_t>(text).value_or(0);
     return ratio >= 2 && ratio <= 100'000 ? "" : text + " is not a whole number from 2 to 100000";
 }
+
+constexpr std::array<TextOption, 6> kBenchOptions{{
+    {"--board", "Holes in which the tip, or the sensor, rested: CSV with name, x_mm, y_mm, z_mm, or PlusToolkit's XML",
+     kFileType},
+    {"--holes", "Names of the holes in the order of the points; default: found", "A,B,..."},
+    {"--segments", "FROM-TO or FROM-TO:rest|pivot|hinge|pendulum, in seconds, with commas between; default: found", "TEXT"},
+    {"--tip", "Tip of a pointer that rested without being tilted, m, sensor frame", "X,Y,Z"},
+    {"--relative-to", "Another sensor of the file, on the board or the patient, whose frame is used", "TEXT"},
+    {"--out", "Places of divots or rests as CSV", kFileType},
+}};
+
+constexpr std::array<TextOption, 12> kSimulateOptions{{
+    {"--out", "Couplings with the true poses (CSV)", kFileType},
+    {"--generator", "Generator (TOML); default: a planar one of 0.3 x 0.3 m", kFileType},
+    {"--save", "Writes the generator (TOML)", kFileType},
+    {"--coils", "Number of coils of the planar generator (default 8)", "N"},
+    {"--count", "Number of random poses above it (default 1000)", "N"},
+    {"--path", "Recorded poses, along which the coil moves instead; its axis is x of the body", kFileType},
+    {"--place", "Middle of the path (default 0,0,0.25)", "X,Y,Z"},
+    {"--rate-hz", "Frames per second along the path (default 40)", "HZ"},
+    {"--slot-s", "Coils in turn (TDM): duration of a slot; default: all at once", "SECONDS"},
+    {"--snr-db", "RMS coupling over noise (default 60)", "DB"},
+    {"--gain", "Of the sensor coil (default 1)", "GAIN"},
+    {"--seed", "Of poses and noise (default 1)", "N"},
+}};
+
+constexpr std::array<TextOption, 7> kSolveOptions{{
+    {"--generator", "Generator (TOML) of calibrate or simulate", kFileType},
+    {"--out", "Poses as CSV or, with .jsonl, JSON lines; the rotation about the axis of the coil is undefined", kFileType},
+    {"--gain", "Of the sensor coil, or unknown, so that it is estimated; default: of the calibration", "GAIN"},
+    {"--sigma", "Noise of one coupling; default: column sigma", "SIGMA"},
+    {"--side", "Direction from the generator to the half space of the sensor", "X,Y,Z"},
+    {"--without", "Coils to leave out", "NAME,..."},
+    {"--slot-s", "Coils in turn: duration of a slot; also predicts the motion error", "SECONDS"},
+}};
+
+constexpr std::array<TextOption, 2> kCalibrateOptions{{
+    {"--out", "Generator (TOML)", kFileType},
+    {"--model", "dipole, or full: also sizes of the coils and crosstalk; default: full if the rows suffice", "MODEL"},
+}};
+
+CLI::App* add_action(CLI::App* generator, Action& action, const char* name, const char* what, const char* data,
+                     std::span<const TextOption> options, std::vector<Example> examples) {
+    CLI::App* const sub = generator->add_subcommand(name, what);
+    if (data != nullptr) {
+        add_files(sub, "couplings", data)->required();
+    }
+    add_text_options(sub, options);
+    sub->add_flag("--json")->description("Result as JSON");
+    set_examples(sub, std::move(examples));
+    run_in_python(sub, action);
+    return sub;
+}
+
+constexpr std::array<TextOption, 8> kTruthOptions{{
+    {"--imu", "Accelerations and angular rates (time_s, acc_x_m_s2 ..., gyr_x_rad_s ...); may be in POSES", kFileType},
+    {"--joints", "Joint values of a robot: time_s and one column a joint, rad or m", kFileType},
+    {"--chain", "Kinematic chain of --joints: URDF, or table of joint,type,a_m,alpha_rad,d_m,theta_rad,convention", kFileType},
+    {"--link", "Last link of the chain, in a URDF with several", "TEXT"},
+    {"--lever", "Place of the inertial sensor in the body, m; default: estimated", "X,Y,Z"},
+    {"--mount", "Attitude of the inertial sensor in the body; default: estimated", "QW,QX,QY,QZ"},
+    {"--out", "Path with deviations (CSV), for evaluate --dynamic and motion --reference; - is standard output", kFileType},
+    {"--plot", "Picture of path and deviation", kFileType},
+}};
 
 }  // namespace
 
@@ -99,6 +164,72 @@ void add_design_command(CLI::App* sub, Action& action) {
     file(sub, "--grid-pdf", "Writes a grid on A4 for calibrate grid, and its nodes as CSV beside it");
     sub->add_flag("--json")->description("Result as JSON");
     set_examples(sub, {{"coils of 40 turns", "tricoil design --turns 40 --radius 0.03 --current 1 --noise 3e-9"}});
+    run_in_python(sub, action);
+}
+
+void add_bench_command(CLI::App* sub, Action& action) {
+    sub->add_option("poses")->description("Recorded poses of any tracker")->required()->type_name(kFileType);
+    add_text_options(sub, kBenchOptions);
+    add_reader_options(sub);
+    sub->add_flag("--json")->description("Result as JSON");
+    set_examples(sub, {{"a stylus in the holes of a board", "tricoil bench divots.csv --board board.csv"}});
+    run_in_python(sub, action);
+}
+
+void add_figures_command(CLI::App* sub, Action& action) {
+    const auto folder = [sub](const char* name, const char* text) {
+        return sub->add_option(name)->description(text)->type_name(kFolderType);
+    };
+    folder("--out", "Output folder; created if its parent folder exists")->required();
+    folder("--hand-motion", "Folder of recorded .traj files for the error budget; default: generated motions");
+    sub->add_flag("--csv-only")->description("CSV files only");
+    sub->add_flag("--json")->description("File names as JSON");
+    set_examples(sub, {{"all figures, into the folder figures", "tricoil figures --out figures"}});
+    run_in_python(sub, action);
+}
+
+void add_generator_command(CLI::App* sub, Action& action) {
+    sub->require_subcommand(1);
+    CLI::App* const simulate = add_action(
+        sub, action, "simulate", "Couplings of a sensor coil at random poses or along a path", nullptr, kSimulateOptions,
+        {{"a planar generator", "tricoil generator simulate --save planar.toml --out coil.csv"},
+         {"a body with two coils", "tricoil generator simulate --body --save body.toml --out coils.csv"}});
+    simulate->add_flag("--body")->description(
+        "The coils of [[sensor]] on one body; without --generator two crossed ones, 10 mm apart");
+    CLI::App* const solve = add_action(
+        sub, action, "solve", "Poses of sensor coils, compared with the truth if the table has it",
+        "Table of couplings (CSV), or ILEMT text of each mounting", kSolveOptions,
+        {{"poses", "tricoil generator solve coil.csv --generator planar.toml --side 0,0,1 --out needle.csv"},
+         {"poses of a body", "tricoil generator solve coils.csv --body --generator body.toml --side 0,0,1 --out body.csv"}});
+    solve->add_flag("--follow")->description("Rows are successive poses: each search begins at the last one");
+    solve->add_flag("--body")->description("The sensor coils are on one body: its poses, six degrees of freedom");
+    add_action(sub, action, "calibrate", "Coils of a generator from couplings at known poses",
+               "Table of couplings and poses (CSV), or ILEMT text of each mounting", kCalibrateOptions,
+               {{"a generator", "tricoil generator calibrate coil.csv --out generator.toml"}});
+}
+
+void add_plot_command(CLI::App* sub, Action& action) {
+    const auto stages = std::make_shared<OutputOptions>();
+    file_name(sub->add_option("poses")->description("Folder written by run --record, or CSV file of run --out or convert"))
+        ->required();
+    file_name(sub->add_option("--out")->description(
+        "Picture, .svg or .png; default: name of the poses with .svg; - is standard output"));
+    sub->add_flag("--json")->description("Summary as JSON");
+    add_stage_options(sub, *stages);
+    set_examples(sub, {{"a recording", "tricoil plot take1 --out take1.svg"},
+                       {"poses of run --out", "tricoil plot poses.csv --out poses.png"}});
+    sub->callback([stages, sub, &action] { action = [stages, sub] { return continue_in_python(*sub); }; });
+}
+
+void add_truth_command(CLI::App* sub, Action& action) {
+    add_files(sub, "poses", "Optical poses or positions; the first file gives frame, body and clock of the path");
+    add_text_options(sub, kTruthOptions);
+    add_reader_options(sub);
+    sub->add_flag("--same-clock")->description("--imu: its clock is that of the poses; default: the offset is estimated");
+    sub->add_flag("--json")->description("Result as JSON");
+    set_examples(
+        sub, {{"optical poses with gaps, bridged by an inertial sensor", "tricoil truth optics.csv --imu imu.csv --out path.csv"},
+              {"a robot", "tricoil truth --joints joints.csv --chain robot.urdf --out path.csv"}});
     run_in_python(sub, action);
 }
 

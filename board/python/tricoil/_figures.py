@@ -10,6 +10,7 @@ from ._drawing import draw_and_publish
 from ._output_file import OutputFile
 from ._progress import bar
 from ._staged_folder import StagedFolder
+from ._tdm_experiment import tdm
 
 PLOTTED = {f"fig{number}": example for number, example in enumerate(("I", "II", "III", "III", "orientation", "IIIo"), 1)}
 CHANGED = 1 + 1e-13  # Fig. 5 is chaotic
@@ -77,7 +78,7 @@ def write_budget(folder, hand_motion, show):
     cases = motions(hand_motion)
     for n, (name, arguments) in enumerate(cases):
         show(n / len(cases))
-        time_s, errors = _tricoil.tdm(*arguments)
+        time_s, errors = tdm(*arguments)
         if n == 0:
             names = ["time_s", *(f"{kind}_{axis}_m" for kind in ("measured", "predicted") for axis in "xyz")]
             lines = (",".join(f"{value:.9g}" for value in (t, *e[0, :3], *e[1, :3])) for t, e in zip(time_s, errors))

@@ -1,4 +1,4 @@
-#include "sim/paper/tdm_experiment.hpp"
+#include "tests/error_model/tdm_experiment.hpp"
 
 #include <fmt/format.h>
 
