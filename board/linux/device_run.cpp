@@ -1,15 +1,17 @@
 #include "board/linux/device_run.hpp"
 
 #include <fmt/format.h>
+#include <sched.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstring>
 
 #include "board/linux/fault_reporter.hpp"
 #include "board/linux/line_pump.hpp"
 #include "board/linux/link_source.hpp"
-#include "board/linux/realtime.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/pose_text/served_pose.hpp"
 #include "board/record/recorder.hpp"
@@ -24,6 +26,26 @@
 
 namespace tricoil::linux_board {
 namespace {
+
+struct RealtimeStatus {
+    bool memory_locked = false;  // mlockall: no page faults in the loop
+    bool fifo = false;           // SCHED_FIFO at the requested priority
+    int memory_error = 0;        // errno of a refused request; 0: none
+    int fifo_error = 0;
+};
+
+/// Requests the settings and returns the granted ones. A refusal is not an error. `priority` 0: does not change the scheduling.
+RealtimeStatus request_realtime(bool lock_memory, int priority) {
+    RealtimeStatus realtime;
+    realtime.memory_locked = lock_memory && ::mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+    realtime.memory_error = realtime.memory_locked ? 0 : errno;
+    if (priority > 0) {
+        const sched_param parameter{priority};
+        realtime.fifo = ::sched_setscheduler(0, SCHED_FIFO, &parameter) == 0;
+        realtime.fifo_error = realtime.fifo ? 0 : errno;
+    }
+    return realtime;
+}
 
 /// Reports settings that were not granted. The loop runs without them.
 void print_realtime_refusals(const DeviceConfig& config, const RealtimeStatus& realtime) {

@@ -9,12 +9,19 @@
 #include "board/linux/hemisphere_restorer.hpp"
 #include "board/linux/line_input.hpp"
 #include "board/linux/link_source.hpp"
-#include "board/linux/text_timing.hpp"
+#include "board/linux/text_name.hpp"
+#include "board/linux/text_rows.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/stream/stream_clock.hpp"
 
 namespace tricoil::linux_board {
+
+/// Rate and multiplexing of columns, from the times of the first ones.
+struct TextTiming {
+    signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
+    double rate_hz = 240;  // frames a second
+};
 
 struct TextCounters {
     std::uint64_t lines = 0;

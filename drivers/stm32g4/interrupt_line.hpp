@@ -1,7 +1,7 @@
 // One interrupt line, for the driver that owns it.
 #pragma once
 
-#include "drivers/stm32g4/registers/nvic.hpp"
+#include "drivers/stm32g4/registers/cortex.hpp"
 
 namespace tricoil::stm32g4 {
 

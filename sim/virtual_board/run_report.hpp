@@ -32,13 +32,31 @@ struct StackUse {
     std::uint32_t size = 0;  // 0: the image has no symbols stack_bottom and stack_top
 };
 /// Stack use: the words overwritten since start-up. Unused words hold the paint value, which is read from the lowest word.
-StackUse stack_use(VirtualBoard& board, std::uint32_t bottom, std::uint32_t top);
+inline StackUse stack_use(VirtualBoard& board, std::uint32_t bottom, std::uint32_t top) {
+    Memory& memory = board.machine.memory;
+    const std::uint32_t paint = memory.word(bottom);
+    std::uint32_t at = bottom;
+    while (at < top && memory.word(at) == paint) {
+        at += 4;
+    }
+    return {top - at, top - bottom};
+}
 
 struct WorstLatency {
     double seconds = 0;
     int interrupt = 0;  // negative: an exception of the processor; SysTick is -1
 };
 /// Longest time from an interrupt request to the first instruction of the handler, over all interrupts.
-WorstLatency worst_latency(const VirtualBoard& board);
+inline WorstLatency worst_latency(const VirtualBoard& board) {
+    WorstLatency worst;
+    const auto& latencies = board.machine.nvic.latencies();
+    for (std::size_t e = 0; e < latencies.size(); ++e) {
+        const double waited = seconds(latencies[e].worst);
+        if (latencies[e].entries > 0 && waited > worst.seconds) {
+            worst = {waited, static_cast<int>(e) - kFirstInterrupt};
+        }
+    }
+    return worst;
+}
 
 }  // namespace tricoil::virtual_board

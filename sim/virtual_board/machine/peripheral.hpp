@@ -1,10 +1,16 @@
 // Interface of a memory-mapped peripheral.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <bit>
 #include <cstdint>
 #include <span>
+#include <sstream>
+#include <string>
 
 #include "core/base/interface.hpp"
+#include "sim/virtual_board/machine/run_failure.hpp"
 
 namespace tricoil::virtual_board {
 
@@ -26,7 +32,21 @@ struct Register {
     }
 
 private:
-    [[noreturn]] void refuse(std::uint32_t value) const;
+    [[noreturn]] void refuse(std::uint32_t value) const {
+        const int bit = std::countr_zero((value ^ reset) & ~modelled);
+        std::string field = "reserved";
+        std::istringstream fields(others);
+        for (std::string one; fields >> one;) {
+            const std::size_t at = one.find('@');
+            const int first = std::stoi(one.substr(at + 1));
+            const std::size_t dash = one.find('-', at);
+            const int last = dash == std::string::npos ? first : std::stoi(one.substr(dash + 1));
+            if (bit >= first && bit <= last) {
+                field = one.substr(0, at);
+            }
+        }
+        throw RunFailure(fmt::format("{}: bit {} ({}) is not in this model", name, bit, field));
+    }
 };
 
 /// Registers of 32 bits at offsets from a base. An unknown offset throws RunFailure.
@@ -35,7 +55,9 @@ public:
     virtual std::uint32_t read(std::uint32_t offset) = 0;
     virtual void write(std::uint32_t offset, std::uint32_t value) = 0;
     /// A write of 1 or 2 bytes. The default throws RunFailure, because few registers allow it.
-    virtual void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes);
+    virtual void write_narrow(std::uint32_t offset, [[maybe_unused]] std::uint32_t value, unsigned bytes) {
+        throw RunFailure(fmt::format("{}-byte write to a 4-byte register at offset {:#x}", bytes, offset));
+    }
     /// The registers, for lists. Empty for memories.
     [[nodiscard]] virtual std::span<const Register> registers() const { return {}; }
     /// State after power-on or a system reset.
