@@ -100,7 +100,7 @@ TEST(StatedDeviation, OfTheFilterIsItsError) {
         std::printf("%s: stated deviation over error %.2f, %.2f to %.2f\n", tdm ? "tdm" : "fdm", ratios[10], ratios.front(),
                     ratios.back());
         EXPECT_GT(ratios[10], 0.9);
-        EXPECT_LT(ratios[10], 1.15);
+        EXPECT_LT(ratios[10], 1.12);
         EXPECT_GT(ratios.front(), 0.75);
         EXPECT_LT(ratios.back(), 1.35);
     }
