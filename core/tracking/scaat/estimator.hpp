@@ -93,7 +93,7 @@ private:
     static constexpr double kDownweightAbove = 9;  // squared innovation, 3 degrees of freedom: exceeded once in 34
     // An outlier that just passes the gate moves the pose by several sigma. The reported covariance is increased until later
     // columns have corrected the pose.
-    static constexpr double kInflateAbove = 9;  // squared innovation, 3 degrees of freedom: exceeded once in 34
+    static constexpr double kInflateAbove = 8.5;  // squared innovation, 3 degrees of freedom: exceeded once in 27
     static constexpr double kInflationDecay = 0.96;
     static constexpr int kMaxInflations = 4;  // per column
     // The process noise does not fall while the standard deviation of the pose is below this share of the range, and below this
