@@ -1,11 +1,14 @@
-// Commands of the `tricoil` program, in this process.
+// Commands of the `tricoil` program, in this process, and files that commands in Python read and write.
 #include <pybind11/stl.h>
 
 #include "board/host/commands/commands.hpp"
 #include "board/python/parts.hpp"
+#include "board/python/rows.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
+#include "board/support/tool_tip.hpp"
 #include "board/support/wiring_file.hpp"
 
 namespace tricoil::python {
@@ -71,11 +74,16 @@ std::array<std::array<int, 3>, 2> read_wiring(const std::string& path) {
     return numbers;
 }
 
+void write_tip(const std::string& out, std::uint8_t sensor, const Array& tip_m, const Array& covariance_m2) {
+    host::write_whole_file(out, host::to_toml({sensor, Vec3<double>(tip_m.data()), Mat3<double>(covariance_m2.data())}));
+}
+
 }  // namespace
 
 void add_command(py::module_& module) {
     module.def("command", command);
     module.def("read_wiring", read_wiring);
+    module.def("write_tip", write_tip);
 }
 
 }  // namespace tricoil::python

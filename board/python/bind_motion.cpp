@@ -21,31 +21,11 @@ namespace {
 
 namespace py = pybind11;
 
-UpdateRow row_of(const paper::Update& update, bool has_prediction) {
-    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-    UpdateRow row;
-    row.time_s = update.time_s;
-    row.range_m = update.real.position.range_m;
-    row.azimuth_rad = update.real.position.azimuth_rad;
-    row.elevation_rad = update.real.position.elevation_rad;
-    row.e_rho_m[0] = update.measured.position.range_m;
-    row.e_alpha_rad[0] = update.measured.position.azimuth_rad;
-    row.e_beta_rad[0] = update.measured.position.elevation_rad;
-    row.e_rho_m[1] = has_prediction ? update.predicted.range_m : kNaN;
-    row.e_alpha_rad[1] = has_prediction ? update.predicted.azimuth_rad : kNaN;
-    row.e_beta_rad[1] = has_prediction ? update.predicted.elevation_rad : kNaN;
-    row.e_psi_rad = update.measured.attitude.azimuth_rad;
-    row.e_theta_rad = update.measured.attitude.elevation_rad;
-    row.e_phi_rad = update.measured.attitude.roll_rad;
-    row.position_error_m = update.position_error_m.norm();
-    return row;
-}
-
-py::array_t<UpdateRow> motion(const std::string& example, const std::string& loop, const std::string& form,
-                              const std::string& kappa, int passes, double rate_hz, double duration_s,
-                              const py::object& progress) {
+/// Columns of the updates, which _motion.py names; all of the predicted errors are NaN if there is no prediction.
+Array motion(const std::string& example, const std::string& loop, const std::string& form, const std::string& kappa, int passes,
+             double rate_hz, double duration_s, const py::object& progress) {
     LongCall call(progress);
-    std::vector<UpdateRow> rows;
+    std::vector<double> columns;
     {
         const py::gil_scoped_release released;
         const auto& names = paper::example_names();
@@ -58,13 +38,19 @@ py::array_t<UpdateRow> motion(const std::string& example, const std::string& loo
         params.passes = passes;
         params.update_s = 1 / rate_hz;
         params.duration_s = duration_s;
-        const auto updates =
-            paper::simulate(chosen, params, [&](const paper::Update& update) { call.check(update.time_s / duration_s); });
-        for (const paper::Update& update : updates) {
-            rows.push_back(row_of(update, paper::has_prediction(params)));
+        const double none = paper::has_prediction(params) ? 0 : std::numeric_limits<double>::quiet_NaN();
+        for (const auto& u :
+             paper::simulate(chosen, params, [&](const paper::Update& u) { call.check(u.time_s / duration_s); })) {
+            const auto& real = u.real.position;
+            const auto& [e, turn] = u.measured;
+            columns.insert(columns.end(),
+                           {u.time_s, real.range_m, real.azimuth_rad, real.elevation_rad, e.range_m, u.predicted.range_m + none,
+                            e.azimuth_rad, u.predicted.azimuth_rad + none, e.elevation_rad, u.predicted.elevation_rad + none,
+                            turn.azimuth_rad, turn.elevation_rad, turn.roll_rad, u.position_error_m.norm()});
         }
     }
-    return to_array(std::move(rows));
+    constexpr py::ssize_t kColumns = 14;
+    return Array({static_cast<py::ssize_t>(columns.size()) / kColumns, kColumns}, columns.data());
 }
 
 /// motion: (N, 19): position, quaternion (w, x, y, z), velocity, angular rate, acceleration, angular acceleration. column_age_s:

@@ -44,7 +44,6 @@ PYBIND11_MODULE(_tricoil, module) {
     add_solver(module);
     add_tracker(module);
     add_motion(module);
-    add_pivot(module);
 }
 
 }  // namespace tricoil::python

@@ -23,7 +23,6 @@ void add_source(pybind11::module_& module);
 void add_solver(pybind11::module_& module);
 void add_tracker(pybind11::module_& module);
 void add_motion(pybind11::module_& module);
-void add_pivot(pybind11::module_& module);
 
 /// Asks Python whether a signal handler raised. The exception stays set: call throw_if_raised() afterwards, with the GIL.
 inline bool has_raised() {

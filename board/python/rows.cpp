@@ -60,8 +60,6 @@ void register_rows() {
     PYBIND11_NUMPY_DTYPE(SolutionRow, position_m, quaternion_wxyz, covariance, chi_square, solved);
     PYBIND11_NUMPY_DTYPE(SmoothedRow, time_s, valid, position_m, quaternion_wxyz, covariance, velocity_m_s, angular_rate_rad_s,
                          rate_covariance);
-    PYBIND11_NUMPY_DTYPE(UpdateRow, time_s, range_m, azimuth_rad, elevation_rad, e_rho_m, e_alpha_rad, e_beta_rad, e_psi_rad,
-                         e_theta_rad, e_phi_rad, position_error_m);
 }
 
 }  // namespace tricoil::python

@@ -55,21 +55,6 @@ struct SmoothedRow {
     double rate_covariance[6][6]{};  // of velocity, then angular rate
 };
 
-/// One update of the paper's simulation.
-struct UpdateRow {
-    double time_s = 0;
-    double range_m = 0;
-    double azimuth_rad = 0;
-    double elevation_rad = 0;
-    double e_rho_m[2]{};      // measured, predicted
-    double e_alpha_rad[2]{};  //
-    double e_beta_rad[2]{};   //
-    double e_psi_rad = 0;     // of the attitude, measured
-    double e_theta_rad = 0;
-    double e_phi_rad = 0;
-    double position_error_m = 0;  // 3D, measured
-};
-
 /// Registers the row types with NumPy. Call it once.
 void register_rows();
 

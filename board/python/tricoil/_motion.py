@@ -8,6 +8,9 @@ from ._model import COUPLING_CONSTANT, _finite, _three, couplings, solve
 from ._progress import bar
 
 
+UPDATE = np.dtype([(name, float) for name in ("time_s", "range_m", "azimuth_rad", "elevation_rad")] +
+                  [(name, float, 2) for name in ("e_rho_m", "e_alpha_rad", "e_beta_rad")] +  # measured, predicted
+                  [(name, float) for name in ("e_psi_rad", "e_theta_rad", "e_phi_rad", "position_error_m")])
 LARGEST = 1e9  # of the numbers of error_budget()
 
 
@@ -34,7 +37,8 @@ def motion(
     of the attitude, measured) and position_error_m (3D). Angle errors keep whole turns. Ctrl-C raises KeyboardInterrupt.
     """
     with bar("motion", progress) as show:
-        return _tricoil.motion(example, loop, form, kappa, passes, float(rate_hz), float(duration_s), show)
+        rows = _tricoil.motion(example, loop, form, kappa, passes, float(rate_hz), float(duration_s), show)
+    return rows.view(UPDATE)[:, 0]
 
 
 def _vector(name, value):
