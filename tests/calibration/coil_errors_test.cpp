@@ -1,15 +1,20 @@
 // Errors that a calibration states of itself, against those of poses computed with it.
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/calibration/self_calibration.hpp"
+#include "board/support/calibration_file.hpp"
+#include "board/support/errors.hpp"
 #include "core/solver/refine.hpp"
 #include "core/tracking/judge/coil_errors.hpp"
 #include "tests/support/random_poses.hpp"
 #include "tests/support/squared_sigmas.hpp"
+#include "tests/support/temporary_path.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -68,6 +73,33 @@ struct Nees {
         EXPECT_LT(beyond_5, 0.01 * count / 3) << name;
     }
 };
+
+CalibrationFile read_text_of(const std::string& text) {
+    const std::string path = test::path_in_temp("errors.toml");
+    std::ofstream(path) << text;
+    return read_calibration(path);
+}
+
+TEST(CoilErrors, AreStoredAndImpossibleOnesRefused) {
+    CalibrationFile file;
+    file.model = "concentric";
+    const std::string older = to_toml(file);
+    EXPECT_EQ(older.find("[errors]"), std::string::npos);
+    EXPECT_TRUE(read_text_of(older).calibration.errors.is_none());
+    file.calibration.errors = {0.01, 2e-4};
+    const auto read = read_text_of(to_toml(file)).calibration.errors;
+    EXPECT_EQ(read.coupling_constant, 0.01);
+    EXPECT_EQ(read.couplings, 2e-4);
+    const std::string by_hand = older + "\n[errors]\nversion = 1\n";
+    EXPECT_EQ(read_text_of(by_hand + "coupling_constant = 0.01\n").calibration.errors.coupling_constant, 0.01);
+    for (const char* wrong :
+         {"", "coupling_constant = -0.01", "coupling_constant = 1e308", "coupling_constant = nan", "coupling_constant = \"1 %\"",
+          "coupling_constant = 0.01\ncouplings = -1", "coupling_constant = 0.01\ncoupling = 1e-3", "couplings = 1e-4"}) {
+        EXPECT_THROW(read_text_of(by_hand + wrong + "\n"), InputError) << wrong;
+    }
+    EXPECT_THROW(read_text_of(older + "\n[errors]\nversion = 2\ncoupling_constant = 0.01\n"), InputError);
+    EXPECT_THROW(read_text_of(older + "\n[errors]\ncoupling_constant = 0.01\n"), InputError);
+}
 
 TEST(CoilErrors, OfStageCalibrationsAreTrue) {
     for (const FitModel model : {FitModel::concentric, FitModel::general}) {
