@@ -3,7 +3,7 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdio>
+#include <string_view>
 
 #include "core/base/time.hpp"
 
@@ -22,7 +22,7 @@ public:
     /// Returns true if `text` must be reported. Otherwise counts it.
     bool should_print(const char* text, HostTime now) {
         std::array<char, 160> shown{};
-        std::snprintf(shown.data(), shown.size(), "%s", text);
+        std::string_view(text).copy(shown.data(), shown.size() - 1);
         Entry* place = &entries_.front();
         for (Entry& entry : entries_) {
             if (entry.text == shown) {

@@ -26,9 +26,10 @@ namespace web {
 /// Names of the numbers of a pose: time of the device (us) and in UTC (ms), position in m, quaternion, covariance of the position
 /// in m^2, predicted error in mm, expected error in mm, distortion in mm, signal-to-noise ratio. A number that is unknown is
 /// null.
-constexpr std::array kCompactColumns{"sensor", "time_us", "utc_ms",   "flags",       "state",         "x",     "y",   "z",
-                                     "qw",     "qx",      "qy",       "qz",          "cxx",           "cxy",   "cxz", "cyy",
-                                     "cyz",    "czz",     "error_mm", "expected_mm", "distortion_mm", "snr_db"};
+inline constexpr std::array kCompactColumns{"sensor", "time_us", "utc_ms", "flags", "state",    "x",           "y",
+                                            "z",      "qw",      "qx",     "qy",    "qz",       "cxx",         "cxy",
+                                            "cxz",    "cyy",     "cyz",    "czz",   "error_mm", "expected_mm", "distortion_mm",
+                                            "snr_db"};
 
 /// Appends the numbers as a JSON array. A pose of a simulation ends with an array of its true position (m) and quaternion.
 void put_compact(const ServedPose& served, std::string& out);

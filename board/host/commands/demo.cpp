@@ -67,7 +67,8 @@ std::optional<char> typed_line() {
 }
 
 RunOptions run_options(const Json& step, const web::TourPlace& place) {
-    RunOptions options{tour_options(step, place.compensated, static_cast<double>(place.speed))};
+    RunOptions options;
+    static_cast<SimulationOptions&>(options) = tour_options(step, place.compensated, static_cast<double>(place.speed));
     options.realtime = true;
     return options;
 }

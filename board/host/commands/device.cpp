@@ -157,7 +157,8 @@ std::vector<double> reference_now(linux_board::DeviceInquiry& inquiry) {
     for (int coil = 0; coil < (is_tdm ? kSourceCoils : 1); ++coil) {
         const auto burst = inquiry.read_block(is_tdm ? single_coil(coil) : Excitation::all);
         const auto [low, high] = std::ranges::minmax(burst.samples, {}, [](const Sample& s) { return s[kReferenceChannel]; });
-        peaks.push_back(burst.about.scale * (high[kReferenceChannel] - low[kReferenceChannel]) / 2.0);
+        const double codes = high[kReferenceChannel] - low[kReferenceChannel];
+        peaks.push_back(static_cast<double>(burst.about.scale) * codes / 2);
     }
     return peaks;
 }
