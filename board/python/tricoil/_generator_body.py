@@ -35,7 +35,8 @@ def _compared(rows, position_m, turn, is_good):
     error = np.hstack((rows["position_m"] - position_m, (rotations(rows["quaternion_wxyz"]) * turn.inv()).as_rotvec()))
     size = np.linalg.norm(error[:, :3], axis=1)
     right = is_good & (size < WRONG_M)
-    result = {"wrong": int((is_good & ~right).sum()), "position_rms_m": None, "position_median_m": None, "position_max_m": None, "rotation_rms_deg": None, "nees": None}
+    result = {"wrong": int((is_good & ~right).sum()), "position_rms_m": None, "position_median_m": None, "position_max_m": None, "axis_rms_deg": None,
+              "rotation_rms_deg": None, "nees": None}
     if not right.any():
         return result
     e = error[right]
@@ -71,7 +72,8 @@ def solved(frames: Frames, generator, couplings, sigma, options, out, where) -> 
     counts = {end: int((rows["end"] == n).sum()) for n, end in enumerate(ENDS)}
     covariance = rows["covariance"][is_good]
     result = {"poses": len(rows), "sensors": sensors, "solved": counts.pop("converged"), **counts,
-              "position_std_m": float(np.sqrt(np.mean(np.trace(covariance[:, :3, :3], axis1=1, axis2=2)))) if is_good.any() else None, "truth": truth}
+              "position_std_m": float(np.sqrt(np.mean(np.trace(covariance[:, :3, :3], axis1=1, axis2=2)))) if is_good.any() else None, "truth": truth,
+              "roll": "determined", "motion": None, "notes": []}
     if out is not None:
         write_whole(out, _text_of(rows[is_good], None if frames.time_s is None else frames.time_s[first][is_good], os.fspath(out).endswith((".jsonl", ".json"))))
     return result, rows

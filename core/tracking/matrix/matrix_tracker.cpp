@@ -58,7 +58,9 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
     if (const auto curvature = column_motion_.add(column)) {
         curvatures_[static_cast<std::size_t>(coil_index(column.state))] = *curvature;
     }
-    noise_.add(column);
+    if (!signal_flags(column.flags).has_any(kFaultFlags)) {
+        noise_.add(column);
+    }
     auto matrix = assembler_.add(column);
     if (!matrix) {
         return std::nullopt;
