@@ -149,7 +149,7 @@ Blob encode(const Calibration<double>& calibration) {
         write(calibration.errors.coupling_constant);
         write(calibration.errors.couplings);
     }
-    pad_to(blob_bytes(std::span(blob).first<kBlobHeaderBytes>()) - 4);
+    pad_to(blob_bytes(std::span<const std::uint8_t>(blob).first<kBlobHeaderBytes>()) - 4);
     put<4>(blob, crc32(std::span<const std::uint8_t>(blob)));
     return blob;
 }

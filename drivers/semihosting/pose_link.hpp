@@ -9,17 +9,7 @@ namespace tricoil::semihosting {
 
 /// "pose SEQUENCE TIME_US FLAGS X Y Z W X Y Z\n". Sequence and time (us): low 32 bits, signed; flags as bits; position in metres;
 /// quaternion w x y z.
-inline TextLine pose_line(const tracking::PoseEstimate<float>& estimate) {
-    const Quat<float>& q = estimate.q_source_sensor;
-    TextLine line;
-    line.text("pose ").decimal(static_cast<std::int32_t>(estimate.sequence)).text(" ");
-    line.decimal(static_cast<std::int32_t>(to_us(estimate.time))).text(" ").hex(estimate.flags.bits(), 3);
-    for (const float value :
-         {estimate.position_m.x(), estimate.position_m.y(), estimate.position_m.z(), q.w(), q.x(), q.y(), q.z()}) {
-        line.text(" ").scientific(value);
-    }
-    return line.text("\n");
-}
+TextLine pose_line(const tracking::PoseEstimate<float>& estimate);
 
 /// Prints pose_line() of each pose: the function above, or that of the namespace of the estimate. The console must outlive the
 /// link.
