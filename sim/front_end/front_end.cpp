@@ -379,7 +379,7 @@ void SimulatedFrontEnd::send_data(std::vector<std::uint8_t> bytes, std::uint32_t
     } else if (is(PeerFaultKind::version)) {
         bytes[0] = 99;
     } else if (is(PeerFaultKind::type)) {
-        bytes[1] = 13;
+        bytes[1] = protocol::kMaxMessageType + 1;
     } else if (is(PeerFaultKind::transition)) {
         bytes[kFlagsAt] |= static_cast<std::uint8_t>(protocol::kTransitionFlag);
     } else if (is(PeerFaultKind::wrong_sequence)) {
