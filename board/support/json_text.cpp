@@ -68,7 +68,7 @@ std::string warnings_text(const Json& result) {
 }
 
 void print_result(const Json& result, bool as_json, std::string (*text_of)(const Json& result)) {
-    print_text(as_json ? result.dump(2) + "\n" : text_of(result));
+    print_text(as_json ? json_line(result, 2) + "\n" : text_of(result));
 }
 
 }  // namespace tricoil::host

@@ -16,6 +16,11 @@ using Json = nlohmann::ordered_json;
 /// counts is replaced by their sum. Throws a std::exception for an unknown key or unit, and for a FORMAT that does not suit.
 std::string fill(const Json& values, std::string_view text);
 
+/// JSON as text: one line, or indented. Bytes that are not UTF-8, as in names of files and damaged lines, are replaced.
+inline std::string json_line(const Json& value, int indent = -1) {
+    return value.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
 /// Prints a command's result as JSON, or as the text that `text_of` makes of it.
 void print_result(const Json& result, bool as_json, std::string (*text_of)(const Json& result));
 

@@ -251,7 +251,7 @@ int run_calibration(const CalibrationFiles& files, const std::function<Calibrati
     }
     report.json["warnings"] = report.warnings;
     report.json["out"] = files.out;
-    print_text(files.json ? report.json.dump(2) + "\n" : text(report.json) + common_text(report.json));
+    print_text(files.json ? json_line(report.json, 2) + "\n" : text(report.json) + common_text(report.json));
     return to_int(ExitCode::fine);
 }
 

@@ -47,7 +47,7 @@ int run_convert(const ConvertCommand& command, const CLI::App& sub) {
     file.commit();
     const bool is_of_rests = command.form == "rests";
     const Json result{{is_of_rests ? "rests" : "poses", count}, {"out", command.out}};
-    print_text(command.json  ? result.dump() + "\n"
+    print_text(command.json  ? json_line(result) + "\n"
                : is_of_rests ? fill(result, "{out}: {rests} rests\n")
                              : fill(result, "{out}: {poses} poses as ") + command.form + "\n");
     return to_int(ExitCode::fine);

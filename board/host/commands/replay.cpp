@@ -75,7 +75,7 @@ int run_replay(const ReplayCommand& command) {
     Progress progress("replay");
     const ReplayReport report = replay(recording, settings, command.out, command.stages, progress.part(0, 1));
     const Json result = result_of(recording, report, same_tracker);
-    print_text(command.json ? result.dump(2) + "\n" : replay_text(result, recording));
+    print_text(command.json ? json_line(result, 2) + "\n" : replay_text(result, recording));
     if (result["expected_equal"] && !result["bit_for_bit"]) {
         if (report.equal == report.compared) {
             print_notice("tricoil: {}: inputs and poses end {:.1f} s apart: one of the files is truncated\n", command.folder,

@@ -12,6 +12,7 @@
 #include "board/host/serve/web/request_head.hpp"
 #include "board/page/pose_event.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 
 namespace tricoil::host::web {
 namespace {
@@ -108,10 +109,9 @@ Recording RecordingLibrary::open(const std::string& name, const std::function<vo
 void send_poses(const Recording& recording, const std::function<bool(std::string_view)>& put) {
     const fs::path path(recording.folder());
     Pieces pieces(put);
-    pieces.text() = Json{{"name", path.filename().string()},
-                         {"started", recording.description().value("started", nlohmann::json())},
-                         {"complete", recording.complete()}}
-                        .dump() +
+    pieces.text() = json_line({{"name", path.filename().string()},
+                               {"started", recording.description().value("started", nlohmann::json())},
+                               {"complete", recording.complete()}}) +
                     "\n";
     try {
         RecordLines lines(recording.folder(), RecordFile::poses);
@@ -119,7 +119,7 @@ void send_poses(const Recording& recording, const std::function<bool(std::string
             return;
         }
     } catch (const std::exception& failure) {
-        pieces.text() += Json{{"error", without_folder(failure.what(), path.parent_path().string())}}.dump() + "\n";
+        pieces.text() += json_line({{"error", without_folder(failure.what(), path.parent_path().string())}}) + "\n";
     }
     pieces.pass(0);
 }
