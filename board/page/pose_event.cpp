@@ -4,15 +4,14 @@
 
 #include <cmath>
 #include <iterator>
-#include <nlohmann/json.hpp>
 
 #include "board/pose_text/flag_names.hpp"
+#include "board/support/json_text.hpp"
 #include "core/tracking/pose_estimate.hpp"
 
 namespace tricoil::host::web {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using tracking::TrackerState;
 
 Json json_of(const TourPlace& tour) {
@@ -98,7 +97,7 @@ std::string pose_event(std::span<const ServedPose> poses, const PageStatus& stat
     if (!hello.is_null()) {
         message["hello"] = hello;
     }
-    std::string text = "data: " + message.dump(-1, ' ', false, Json::error_handler_t::replace);
+    std::string text = "data: " + json_line(message);
     text.back() = ',';  // instead of the closing brace
     text += "\"poses\":[";
     bool is_first = true;

@@ -11,6 +11,7 @@
 #include "board/record/record_lines.hpp"
 #include "board/record/tracker_settings.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
 
@@ -73,9 +74,7 @@ Recorder::~Recorder() { close(); }
 std::string Recorder::description_path() const { return (fs::path(folder_) / kDescriptionFile).string(); }
 
 /// Names that are not UTF-8 do not end a recording.
-std::string Recorder::description_text() const {
-    return description_.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-}
+std::string Recorder::description_text() const { return json_line(description_, 2) + "\n"; }
 
 void Recorder::describe_now() {
     try {

@@ -17,8 +17,9 @@ using Json = nlohmann::ordered_json;
 std::string fill(const Json& values, std::string_view text);
 
 /// JSON as text: one line, or indented. Bytes that are not UTF-8, as in names of files and damaged lines, are replaced.
-inline std::string json_line(const Json& value, int indent = -1) {
-    return value.dump(indent, ' ', false, Json::error_handler_t::replace);
+template <typename AnyJson = Json>
+std::string json_line(const AnyJson& value, int indent = -1) {
+    return value.dump(indent, ' ', false, AnyJson::error_handler_t::replace);
 }
 
 /// Prints a command's result as JSON, or as the text that `text_of` makes of it.

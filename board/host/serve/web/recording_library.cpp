@@ -18,7 +18,6 @@ namespace tricoil::host::web {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kPieceBytes = std::size_t{64} << 10U;
 constexpr std::size_t kLongestDescriptionRead = std::size_t{1} << 20U;

@@ -9,8 +9,9 @@
 #include <boost/beast/http/status.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <charconv>
-#include <nlohmann/json.hpp>
 #include <utility>
+
+#include "board/support/json_text.hpp"
 
 namespace tricoil::host::web {
 namespace {
@@ -143,9 +144,7 @@ std::string whole_answer(int status, std::string_view type, std::string_view con
 }
 
 std::string answer(int status, std::string_view text, std::string_view further_fields) {
-    const nlohmann::json content{{"answer", text}};
-    return whole_answer(status, "application/json", content.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
-                        further_fields);
+    return whole_answer(status, "application/json", json_line({{"answer", text}}), further_fields);
 }
 
 std::string head_of_pieces(std::string_view type, bool takes_chunks) {
