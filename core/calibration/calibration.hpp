@@ -1,6 +1,7 @@
 // Calibration parameters of the coils.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
@@ -39,6 +40,14 @@ struct PickUp {
 /// Standard deviations of the calibration's own errors. They are constant from pose to pose.
 template <typename Scalar>
 struct CoilErrors {
+    // A file with more is refused.
+    static constexpr Scalar kMostOfConstant = Scalar(0.5);
+    static constexpr Scalar kMostOfCouplings = Scalar(0.1);
+    /// The nearest ones that are permitted.
+    static CoilErrors within_limits(Scalar coupling_constant, Scalar couplings) {
+        return {std::min(coupling_constant, kMostOfConstant), std::min(couplings, kMostOfCouplings)};
+    }
+
     Scalar coupling_constant = 0;  // of C, relative
     Scalar couplings = 0;          // of each coupling, relative to k: all other errors of the parameters
 
@@ -150,8 +159,9 @@ Status check(const Calibration<Scalar>& c) {
     if (!(c.quadrature_floor >= 0 && c.quadrature_floor <= 1)) {
         return {StatusCode::invalid_argument, "calibration: the quadrature floor must be a share of 0 to 1"};
     }
-    if (!(c.errors.coupling_constant >= 0 && c.errors.coupling_constant <= Scalar(0.5) && c.errors.couplings >= 0 &&
-          c.errors.couplings <= Scalar(0.1))) {
+    using Errors = CoilErrors<Scalar>;
+    if (!(c.errors.coupling_constant >= 0 && c.errors.coupling_constant <= Errors::kMostOfConstant && c.errors.couplings >= 0 &&
+          c.errors.couplings <= Errors::kMostOfCouplings)) {
         return {StatusCode::invalid_argument,
                 "calibration: errors are standard deviations, of the coupling constant 0 to 0.5, of couplings 0 to 0.1"};
     }

@@ -134,7 +134,7 @@ calibration::CoilErrors<double> coil_errors(const Eigen::MatrixXd& covariance, c
         const Eigen::Matrix3Xd rest = errors[k] - eigen(u) * common;
         squares += (eigen(unit.inverse()) * rest).cwiseProduct(rest).sum() / (3 * count);
     }
-    return {std::min(3 * common.norm(), 0.5), std::min(std::sqrt(squares), 0.1)};
+    return calibration::CoilErrors<double>::within_limits(3 * common.norm(), std::sqrt(squares));
 }
 
 double unit_of(std::size_t parameter) {

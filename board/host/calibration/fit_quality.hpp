@@ -43,11 +43,9 @@ struct ParameterEstimate {
     bool has_pick_up = false;          // in the last columns
 };
 
-/// Errors of a calibration. coupling_constant: relative standard deviation. position_share: RMS of the position errors that the
-/// other errors cause, relative to the range.
-inline calibration::CoilErrors<double> coil_errors(double coupling_constant, double position_share) {
-    const double per_coupling = tracking::position_deviation(1.0, 1.0, 1.0);
-    return {std::min(coupling_constant, 0.5), std::min(position_share / per_coupling, 0.1)};
+/// Errors of coils without that of C. position_share: RMS of the position errors that they cause, relative to the range.
+inline calibration::CoilErrors<double> coil_errors(double position_share) {
+    return calibration::CoilErrors<double>::within_limits(0, position_share / tracking::position_deviation(1.0, 1.0, 1.0));
 }
 
 /// A pose of the fit.

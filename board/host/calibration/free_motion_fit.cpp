@@ -88,7 +88,7 @@ public:
         widen_deviations(covariance, fit);
         const double noise_share = position_error_m(covariance) / kRange_m;
         result.position_error_share = systematic() * noise_share;
-        fit.errors = coil_errors(0, result.position_error_share);
+        fit.errors = coil_errors(result.position_error_share);
         warn_of_weak_motion(result.position_error_share, noise_share, fit);
         fit = with_scaled_lengths(std::move(fit), scale);
         result.poses = poses_;

@@ -144,7 +144,7 @@ void check_distances(const std::vector<GridFrame>& frames, double extent_m, Grid
     const auto count = static_cast<double>(frames.size());
     result.position_rms_m = std::sqrt(squares / count);
     result.scale_deviation = 3 * std::hypot(result.position_rms_m / (extent_m * std::sqrt(count)), result.position_error_share);
-    result.coils.errors.coupling_constant = std::min(result.scale_deviation, 0.5);
+    result.coils.errors.coupling_constant = std::min(result.scale_deviation, calibration::CoilErrors<double>::kMostOfConstant);
     if (!(result.position_rms_m <= kWorstFit * extent_m)) {
         const auto farthest = std::max_element(result.distances_m.begin(), result.distances_m.end());
         throw InputError(fmt::format(
