@@ -4,11 +4,12 @@
 #include <sys/wait.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <fstream>
+#include <initializer_list>
 #include <memory>
+#include <string_view>
 
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
@@ -24,27 +25,32 @@ std::filesystem::path program_part(const char* name, const std::string& user) {
     return (own / (own.filename() == "tricoil" ? "." : "../libexec/tricoil") / name).lexically_normal();
 }
 
-drivers::FileDescriptor plain_text_of(const std::string& path) {
-    constexpr std::array kMarks{"\xFF\xFE", "\xFE\xFF", "\x93NUMPY", "PK\x03\x04", "MATLAB ", "\x89HDF\r\n"};
+namespace {
+
+using Marks = std::initializer_list<std::string_view>;
+
+/// False for a pipe, which would lose what is read.
+bool begins_with(const std::string& path, Marks marks) {
     std::error_code failure;
     std::string begin(8, '\0');
-    if (!std::filesystem::is_regular_file(path, failure) ||  // a pipe would lose what is read
-        !std::ifstream(path, std::ios::binary).read(begin.data(), 8) ||
-        std::none_of(kMarks.begin(), kMarks.end(), [&](const char* mark) { return begin.starts_with(mark); })) {
+    return std::filesystem::is_regular_file(path, failure) && std::ifstream(path, std::ios::binary).read(begin.data(), 8) &&
+           std::any_of(marks.begin(), marks.end(), [&](std::string_view mark) { return begin.starts_with(mark); });
+}
+
+drivers::FileDescriptor temporary_file() {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::tmpfile(), std::fclose);
+    return drivers::FileDescriptor(file ? ::dup(::fileno(file.get())) : -1);
+}
+
+}  // namespace
+
+drivers::FileDescriptor table_of_arrays(const std::string& path) {
+    if (!begins_with(path, {"\x93NUMPY", "PK\x03\x04", "MATLAB ", "\x89HDF\r\n"})) {
         return {};
     }
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::tmpfile(), std::fclose);
-    drivers::FileDescriptor table(file ? ::dup(::fileno(file.get())) : -1);
-    if (table.is_open() && (begin.starts_with(kMarks[0]) || begin.starts_with(kMarks[1]))) {
-        LineReader lines(path);
-        for (std::string line; lines.next(line);) {
-            std::fputs((line + "\n").c_str(), file.get());
-        }
-        std::fflush(file.get());
-        return table;
-    }
+    drivers::FileDescriptor table = temporary_file();
     Dl_info own{};
-    ::dladdr(reinterpret_cast<const void*>(&plain_text_of), &own);
+    ::dladdr(reinterpret_cast<const void*>(&table_of_arrays), &own);
     const std::filesystem::path object(own.dli_fname);
     const bool is_package = object.filename().string().starts_with("_tricoil.");  // the Python module
     const std::string python = is_package ? std::filesystem::read_symlink("/proc/self/exe").string() : kPython;
@@ -66,6 +72,22 @@ drivers::FileDescriptor plain_text_of(const std::string& path) {
         throw DeviceError(path + ": NumPy and MAT files need the package python3-tricoil; or save a table as CSV");
     }
     return table;
+}
+
+drivers::FileDescriptor plain_text_of(const std::string& path) {
+    if (!begins_with(path, {"\xFF\xFE", "\xFE\xFF"})) {
+        return table_of_arrays(path);
+    }
+    drivers::FileDescriptor text = temporary_file();
+    std::ofstream out(fmt::format("/proc/self/fd/{}", text.get()));
+    LineReader lines(path);
+    for (std::string line; lines.next(line);) {
+        out << line << '\n';
+    }
+    if (!out.flush()) {
+        throw DeviceError(path + ": there is no space for its text in the folder of temporary files");
+    }
+    return text;
 }
 
 }  // namespace tricoil::host

@@ -13,8 +13,11 @@ constexpr const char* kPython = "/usr/bin/python3";  // for which the package is
 /// A file of ../libexec/tricoil from the folder of this executable. `user`: for the message of the DeviceError, without /proc.
 std::filesystem::path program_part(const char* name, const std::string& user);
 
-/// The text of a file that is no plain text: UTF-16, and arrays (NumPy, MAT), of which the Python package makes a table; closed
-/// for other files. Throws InputError if the file is damaged, DeviceError without Python.
+/// Arrays (NumPy, MAT) as a table, which the Python package makes; closed for other files. Throws InputError if the file is
+/// damaged, DeviceError without Python.
+drivers::FileDescriptor table_of_arrays(const std::string& path);
+
+/// The same, and the text of a file in UTF-16, for readers of plain text: a LineReader reads UTF-16 itself.
 drivers::FileDescriptor plain_text_of(const std::string& path);
 
 }  // namespace tricoil::host

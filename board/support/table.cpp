@@ -11,7 +11,7 @@ namespace tricoil::host {
 namespace {
 
 LineReader lines_of(const std::string& path) {
-    const drivers::FileDescriptor table = plain_text_of(path);
+    const drivers::FileDescriptor table = table_of_arrays(path);
     return LineReader(path, table.is_open() ? fmt::format("/proc/self/fd/{}", table.get()) : "");
 }
 

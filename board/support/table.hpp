@@ -22,7 +22,7 @@ constexpr std::string_view kOfCoilsComment = "# wiring corrected";
 /// by row. All functions throw InputError that names file and line.
 class Table {
 public:
-    /// Reads to the end of the first row. Throws also if there is none, and like plain_text_of().
+    /// Reads to the end of the first row. Throws also if there is none, and like table_of_arrays().
     explicit Table(const std::string& path);
     explicit Table(LineReader lines);
     Table(const Table&) = delete;
