@@ -54,7 +54,7 @@ class Bound(unittest.TestCase):
             with self.subTest(snr_db, ratio=ratio):
                 self.assertGreater(ratio, 0.97)  # 4000 poses: 1 +- 0.01
                 self.assertLess(ratio, 1.05)
-                compared = _generator_solve._compared(rows, (position, axis), good)
+                compared = _generator_solve._compared(rows, (position, axis))
                 self.assertGreater(compared["nees"], 0.8)
                 self.assertLess(compared["nees"], 1.2)
 

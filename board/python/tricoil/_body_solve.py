@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ._generator import Generator
-from ._rotation import crosses, wxyz
+from ._rotation import crosses, with_x_along, wxyz
 from ._single_coil import ENDS, MISFIT_GATE
 
 ROW = np.dtype([("position_m", "f8", 3), ("quaternion_wxyz", "f8", 4), ("covariance", "f8", (6, 6)), ("chi_square", "f8"), ("end", "u1")])
@@ -43,13 +43,6 @@ def _rotation_to(body: NDArray, seen: NDArray) -> Rotation:
     return Rotation.from_matrix(u @ v)
 
 
-def _triad(x):
-    """Rotations whose first column is the unit vector x (M, 3)."""
-    y = np.cross(x, np.eye(3)[np.argmin(np.abs(x), axis=1)])
-    y /= np.linalg.norm(y, axis=1, keepdims=True)
-    return Rotation.from_matrix(np.stack((x, y, np.cross(x, y)), axis=2))
-
-
 def _first(five, offset, axis):
     """Starts: positions (M, 3) and rotations, from the coils' own poses (K, M): of all together, or of one that is good, in ROLLS attitudes."""
     p, n, good = five["position_m"], five["axis"], five["end"] == 0
@@ -59,7 +52,7 @@ def _first(five, offset, axis):
     if not good.all():
         one, rows = np.argmax(good, axis=0), np.arange(p.shape[1])
         for roll in 2 * np.pi * np.arange(ROLLS) / ROLLS:
-            turn = _triad(n[one, rows]) * Rotation.from_rotvec([roll, 0, 0]) * _triad(axis[one]).inv()
+            turn = with_x_along(n[one, rows]) * Rotation.from_rotvec([roll, 0, 0]) * with_x_along(axis[one]).inv()
             starts.append((p[one, rows] - turn.apply(offset[one]), turn))
     return starts
 

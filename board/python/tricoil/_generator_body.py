@@ -6,12 +6,12 @@ import os
 import numpy as np
 
 from ._body import solve_6dof
+from ._generator_result import compared, result_lines, summary
 from ._generator_table import Frames
 from ._output_file import write_whole
 from ._rotation import rotations
 from ._single_coil import ENDS
 
-WRONG_M = 0.02  # a pose farther from the truth is wrong, and not counted in the RMS
 COLUMNS = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "std_x_m", "std_y_m", "std_z_m", "std_rx_rad", "std_ry_rad", "std_rz_rad", "chi_square")
 
 
@@ -30,19 +30,14 @@ def _frames_of_body(frames: Frames, where):
     return sensors, np.array(rows)
 
 
-def _compared(rows, position_m, turn, is_good):
+def _compared(rows, position_m, turn):
     """Errors of good poses against the truth."""
     error = np.hstack((rows["position_m"] - position_m, (rotations(rows["quaternion_wxyz"]) * turn.inv()).as_rotvec()))
-    size = np.linalg.norm(error[:, :3], axis=1)
-    right = is_good & (size < WRONG_M)
-    result = {"wrong": int((is_good & ~right).sum()), "position_rms_m": None, "position_median_m": None, "position_max_m": None, "axis_rms_deg": None,
-              "rotation_rms_deg": None, "nees": None}
-    if not right.any():
-        return result
-    e = error[right]
-    nees = np.einsum("mi,mij,mj->m", e, np.linalg.inv(rows["covariance"][right]), e) / 6
-    return result | {"position_rms_m": float(np.sqrt(np.mean(size[right] ** 2))), "position_median_m": float(np.median(size[right])), "position_max_m": float(size[right].max()),
-                     "rotation_rms_deg": float(np.degrees(np.sqrt(np.mean(np.sum(e[:, 3:] ** 2, axis=1))))), "nees": float(nees.mean())}
+
+    def nees(right):
+        return np.einsum("mi,mij,mj->m", error[right], np.linalg.inv(rows["covariance"][right]), error[right]) / 6
+
+    return {"axis_rms_deg": None} | compared(rows, position_m, np.linalg.norm(error[:, 3:], axis=1), "rotation_rms_deg", nees)
 
 
 def _values(rows):
@@ -68,12 +63,8 @@ def solved(frames: Frames, generator, couplings, sigma, options, out, where) -> 
     truth = None
     if frames.turn is not None and frames.position_m is not None:
         turn = frames.turn[first]
-        truth = _compared(rows, frames.position_m[first], turn.inv() if frames.is_stage and generator.left_handed_stage else turn, is_good)
-    counts = {end: int((rows["end"] == n).sum()) for n, end in enumerate(ENDS)}
-    covariance = rows["covariance"][is_good]
-    result = {"poses": len(rows), "sensors": sensors, "solved": counts.pop("converged"), **counts,
-              "position_std_m": float(np.sqrt(np.mean(np.trace(covariance[:, :3, :3], axis1=1, axis2=2)))) if is_good.any() else None, "truth": truth,
-              "roll": "determined", "motion": None, "notes": []}
+        truth = _compared(rows, frames.position_m[first], turn.inv() if frames.is_stage and generator.left_handed_stage else turn)
+    result = summary(rows) | {"sensors": sensors, "roll": "determined", "truth": truth, "motion": None, "notes": []}
     if out is not None:
         write_whole(out, _text_of(rows[is_good], None if frames.time_s is None else frames.time_s[first][is_good], os.fspath(out).endswith((".jsonl", ".json"))))
     return result, rows
@@ -81,11 +72,5 @@ def solved(frames: Frames, generator, couplings, sigma, options, out, where) -> 
 
 def text(r: dict) -> str:
     """The result as lines."""
-    lines = [f"{r['solved']} of {r['poses']} poses of the body solved, by sensor coils {', '.join(map(str, r['sensors']))}"]
-    lines += [f"  {r[name]} {name.replace('_', ' ')}" for name in ENDS[1:] if r[name]]
-    if r["position_std_m"] is not None:
-        lines.append(f"  standard deviation {1e3 * r['position_std_m']:.3f} mm RMS (3D)")
-    if (t := r["truth"]) and t["position_rms_m"] is not None:
-        lines.append(f"  against the truth: {1e3 * t['position_rms_m']:.3f} mm RMS (3D), median {1e3 * t['position_median_m']:.3f}, maximum {1e3 * t['position_max_m']:.3f} mm; "
-                     f"{t['rotation_rms_deg']:.3f} deg; {t['wrong']} wrong; NEES {t['nees']:.2f}")
-    return "\n".join(lines) + "\n"
+    first = f"{r['solved']} of {r['poses']} poses of the body solved, by sensor coils {', '.join(map(str, r['sensors']))}"
+    return "\n".join(result_lines(r, first, "rotation_rms_deg")) + "\n"

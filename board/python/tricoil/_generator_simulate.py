@@ -11,7 +11,7 @@ from ._dynamic import number
 from ._generator import MOST_COILS, Generator, SensorCoil, planar_generator, read_generator, to_toml
 from ._output_file import refuse_input_as_output, write_all
 from ._poses import read, refuse_others
-from ._rotation import rotations, wxyz
+from ._rotation import rotations, with_x_along, wxyz
 from ._truth_command import numbers
 
 PLANAR_M = 0.3  # edge of the planar generator
@@ -19,7 +19,7 @@ VOLUME_M = ((-0.15, -0.15, 0.1), (0.15, 0.15, 0.4))  # of random poses, above it
 LIMITS = {"coils": (1, MOST_COILS), "count": (1, 1e7), "rate_hz": (1e-3, 1e6), "gain": (1e-9, 1e9), "slot_s": (0, 1), "snr_db": (-100, 400), "seed": (0, 2**32)}
 DEFAULTS = {"coils": 8, "count": 1000, "place": "0,0,0.25", "slot_s": 0.0, "rate_hz": 40}
 ALONG = {"place", "slot_s", "rate_hz"}  # options of a path
-COIL = SensorCoil(1.0, np.zeros(3), np.array([1.0, 0.0, 0.0]))  # of the body of a path
+COIL = SensorCoil(1.0, np.zeros(3), np.array([1.0, 0.0, 0.0]))  # of the body of a path; the axis is x
 BODY = {1: SensorCoil(1.0, np.array([-5e-3, 0, 0]), np.array([1.0, 0, 0])), 2: SensorCoil(1.0, np.array([5e-3, 0, 0]), np.array([0, 1.0, 0]))}
 
 
@@ -63,14 +63,6 @@ def _mounts(generator, name):
     return mounts
 
 
-def _to_axis(axis):
-    """Rotations that turn the axis of COIL to unit vectors (M, 3)."""
-    x = COIL.axis
-    half = x + axis
-    half[np.linalg.norm(half, axis=1) < 1e-6] = [0, 0, 1]
-    return Rotation.from_rotvec(np.pi * half / np.linalg.norm(half, axis=1, keepdims=True))
-
-
 def _coil_at(generator, position, turn, mount, gain):
     """Position and axis (M, 3) of a coil at the end of each row, and its couplings (M, N). position: (M, 1 or N + 1, 3) of the body: at one
     time, or at that of each slot and of the pose."""
@@ -112,7 +104,7 @@ def run(out=None, generator=None, save=None, path=None, gain=1.0, snr_db=60.0, s
     if path is None:
         position, axis = _random(int(values["count"]), rng)
         position = position[:, None]
-        turn = Rotation.random(len(position), random_state=int(values["seed"])) if body else _to_axis(axis)
+        turn = Rotation.random(len(position), random_state=int(values["seed"])) if body else with_x_along(axis)
     else:
         def times(first, last):
             return np.arange(first + abs(slots[0]), last - abs(slots[0]), 1 / values["rate_hz"])[:, None] + np.append(slots, 0.0)

@@ -9,12 +9,12 @@ from . import _generator_table as tables
 from ._dynamic import number
 from ._generator import Generator, read_generator
 from ._generator_motion import generator_motion_error
+from ._generator_result import compared, result_lines, summary
 from ._output_file import refuse_input_as_output, write_whole
 from ._poses import refuse_others
 from ._single_coil import ENDS, solve_5dof
 from ._truth_command import numbers
 
-WRONG_M = 0.02  # a pose farther from the truth is wrong, and not counted in the RMS
 LONGEST_SLOT_S = 1
 ROLL = "the rotation about the axis of the coil is undefined"
 COLUMNS = ("x_m", "y_m", "z_m", "nx", "ny", "nz", "roll_rad", "gain", "std_x_m", "std_y_m", "std_z_m", "std_axis_rad", "chi_square")
@@ -34,19 +34,17 @@ def _truth(frames, generator: Generator, where):
     return frames.position_m + turn.apply(offset), turn.apply(axis)
 
 
-def _compared(rows, truth, is_good):
+def _compared(rows, truth):
     """Errors of good poses against the truth."""
     p, n = truth
-    error = np.linalg.norm(rows["position_m"] - p, axis=1)
     turn = np.arccos(np.clip(np.sum(rows["axis"] * n, axis=1), -1, 1))
-    right = is_good & (error < WRONG_M)
-    if not right.any():
-        return {"wrong": int((is_good & ~right).sum()), "position_rms_m": None, "position_median_m": None, "position_max_m": None, "axis_rms_deg": None, "nees": None}
-    five = np.concatenate((rows["position_m"] - p, rows["axis"] - n), axis=1)[right]
     unit = np.concatenate((np.full(3, 0.1), np.ones(3)))
-    nees = np.einsum("mi,mij,mj->m", five / unit, np.linalg.pinv(rows["covariance"][right] / unit / unit[:, None], rcond=1e-9, hermitian=True), five / unit) / 5
-    return {"wrong": int((is_good & ~right).sum()), "position_rms_m": float(np.sqrt(np.mean(error[right] ** 2))), "position_median_m": float(np.median(error[right])),
-            "position_max_m": float(error[right].max()), "axis_rms_deg": float(np.degrees(np.sqrt(np.mean(turn[right] ** 2)))), "nees": float(nees.mean())}
+
+    def nees(right):
+        five = np.concatenate((rows["position_m"] - p, rows["axis"] - n), axis=1)[right]
+        return np.einsum("mi,mij,mj->m", five / unit, np.linalg.pinv(rows["covariance"][right] / unit / unit[:, None], rcond=1e-9, hermitian=True), five / unit) / 5
+
+    return compared(rows, p, turn, "axis_rms_deg", nees)
 
 
 def _motion(frames, generator, rows, is_good, slot_s, known_gain, sigma, used):
@@ -155,19 +153,16 @@ def run(files, generator=None, out=None, gain=None, sigma=None, side=None, follo
         return _generator_body.solved(frames, coils, couplings, noise, options, out, where)
     rows = _solved(frames, coils, couplings, noise, known, options)
     is_good = rows["end"] == 0
-    counts = {name: int((rows["end"] == n).sum()) for n, name in enumerate(ENDS)}
     truth = _truth(frames, coils, where)
-    result = {"poses": len(rows), "solved": counts.pop("converged"), **counts, "roll": "undefined",
-              "position_std_m": float(np.sqrt(np.mean(np.trace(rows["covariance"][is_good][:, :3, :3], axis1=1, axis2=2)))) if is_good.any() else None,
-              "truth": None if truth is None else _compared(rows, truth, is_good), "motion": None, "notes": []}
+    result = summary(rows) | {"roll": "undefined", "truth": None if truth is None else _compared(rows, truth), "motion": None, "notes": []}
     error = None
     if slot and is_good.sum() >= 3:
         error, turned = _motion(frames, coils, rows, is_good, slot, int(frames.sensor[0]) in coils.sensors if known is None else known != 0, noise, used)
         result["motion"] = {"position_rms_m": float(np.sqrt(np.mean(np.sum(error[is_good] ** 2, axis=1)))),
                             "axis_rms_deg": float(np.degrees(np.sqrt(np.mean(np.sum(turned[is_good] ** 2, axis=1)))))}
-    if counts["misfit"] > len(rows) / 2:
+    if result["misfit"] > len(rows) / 2:
         result["notes"].append("most rows fit no pose: are the coils those of the generator's calibration, in the same order?")
-    if counts["ambiguous"] > len(rows) / 20:
+    if result["ambiguous"] > len(rows) / 20:
         result["notes"].append("poses on both sides of the generator fit: give the side of the sensor with --side")
     if out is not None:
         write_whole(out, json_lines(frames, rows, error) if os.fspath(out).endswith((".jsonl", ".json")) else csv_text(frames, rows, error))
@@ -180,13 +175,7 @@ def text(r: dict) -> str:
         from . import _generator_body
 
         return _generator_body.text(r)
-    lines = [f"{r['solved']} of {r['poses']} poses solved; {ROLL}"]
-    lines += [f"  {r[name]} {name.replace('_', ' ')}" for name in ENDS[1:] if r[name]]
-    if r["position_std_m"] is not None:
-        lines.append(f"  standard deviation {1e3 * r['position_std_m']:.3f} mm RMS (3D)")
-    if (t := r["truth"]) and t["position_rms_m"] is not None:
-        lines.append(f"  against the truth: {1e3 * t['position_rms_m']:.3f} mm RMS (3D), median {1e3 * t['position_median_m']:.3f}, maximum {1e3 * t['position_max_m']:.3f} mm; "
-                     f"{t['axis_rms_deg']:.3f} deg; {t['wrong']} wrong; NEES {t['nees']:.2f}")
+    found = result_lines(r, f"{r['solved']} of {r['poses']} poses solved; {ROLL}", "axis_rms_deg")
     if m := r["motion"]:
-        lines.append(f"  predicted motion error {1e3 * m['position_rms_m']:.3f} mm, {m['axis_rms_deg']:.3f} deg RMS")
-    return "\n".join([*lines, *(f"  note: {note}" for note in r["notes"])]) + "\n"
+        found.append(f"  predicted motion error {1e3 * m['position_rms_m']:.3f} mm, {m['axis_rms_deg']:.3f} deg RMS")
+    return "\n".join([*found, *(f"  note: {note}" for note in r["notes"])]) + "\n"

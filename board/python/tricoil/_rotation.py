@@ -13,6 +13,13 @@ def wxyz(turn: Rotation) -> NDArray:
     return np.ascontiguousarray(turn.as_quat()[:, [3, 0, 1, 2]])
 
 
+def with_x_along(x: NDArray) -> Rotation:
+    """Rotations that turn the axis x to unit vectors (M, 3)."""
+    y = np.cross(x, np.eye(3)[np.argmin(np.abs(x), axis=1)])
+    y /= np.linalg.norm(y, axis=1, keepdims=True)
+    return Rotation.from_matrix(np.stack((x, y, np.cross(x, y)), axis=2))
+
+
 def crosses(v: NDArray) -> NDArray:
     """Matrices [v]x of vectors (N, 3)."""
     out = np.zeros((len(v), 3, 3))
