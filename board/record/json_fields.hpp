@@ -12,8 +12,9 @@ namespace tricoil::host {
 
 template <typename Params, typename Visit>
 void visit_common(Params& params, Visit&& visit) {
-    auto& [coupling_constant, hemisphere, confined, max_column_span, window_s, latency_s, min_snr, max_misfit, distortion_gate,
-           misfit_floor, quadrature_floor, quadrature_lag_s, max_deviation_m, pick_up_sigma, lost_after, search_after] = params;
+    auto& [coupling_constant, hemisphere, confined, floor_share, max_column_span, window_s, latency_s, min_snr, max_misfit,
+           distortion_gate, misfit_floor, quadrature_floor, quadrature_lag_s, max_deviation_m, pick_up_sigma, lost_after,
+           search_after] = params;
     visit("coupling_constant_m3", coupling_constant);
     visit("hemisphere", hemisphere);
     visit("confined", confined);
@@ -30,6 +31,7 @@ void visit_common(Params& params, Visit&& visit) {
     visit("lost_after_us", lost_after);
     visit("search_after_us", search_after);
     visit("pick_up_sigma", pick_up_sigma);
+    visit("floor_share", floor_share);
 }
 
 /// Parameters of this method, constant or not.
@@ -127,6 +129,7 @@ void visit_calibration(Calibration& known, Visit&& visit) {
     visit("calibrated_pick_up_sigma", pick_up.sigma);
     visit("coupling_constant_error", errors.coupling_constant);
     visit("couplings_error", errors.couplings);
+    visit("calibrated_floor_share", errors.floor_share);
     visit("low_band_pick_up", low_band.pick_up.in_phase);
     visit("low_band_pick_up_quadrature", low_band.pick_up.quadrature);
     visit("low_band_pick_up_sigma", low_band.pick_up.sigma);

@@ -49,8 +49,10 @@ const std::set<std::string_view> kAddedLater{"surroundings",
                                              "coupling_constant_error",
                                              "couplings_error"};
 
-/// The same for every field of the pick-up.
-bool is_added_later(std::string_view key) { return kAddedLater.contains(key) || key.find("pick_up") != std::string_view::npos; }
+/// The same for every field of the pick-up, and for shares of the misfit floor.
+bool is_added_later(std::string_view key) {
+    return kAddedLater.contains(key) || key.find("pick_up") != std::string_view::npos || key.ends_with("floor_share");
+}
 
 /// Reads the fields of a JSON object strictly.
 class FieldReader {

@@ -208,8 +208,9 @@ std::string to_toml(const CalibrationFile& file) {
     if (!c.errors.is_none()) {
         text += fmt::format(
             "\n# Relative standard deviations of this calibration's own errors.\n[errors]\nversion = 1\n"
-            "coupling_constant = {:.6g}\ncouplings = {:.6g}\n",
-            c.errors.coupling_constant, c.errors.couplings);
+            "coupling_constant = {:.6g}\ncouplings = {:.6g}\n{}",
+            c.errors.coupling_constant, c.errors.couplings,
+            c.errors.floor_share != 1 ? fmt::format("floor_share = {:.6g}\n", c.errors.floor_share) : "");
     }
     text +=
         "\n[output]\n" + line("hemisphere", c.hemisphere) + line("linear", c.output_linear) + line("offset_m", c.output_offset_m);
@@ -268,7 +269,8 @@ CalibrationFile read_calibration(const std::string& path) {
         deviations.need("coupling_constant");
     }
     deviations.require(deviations.number("version", 1) == 1, "version", "is not 1; calibrate again with this software");
-    c.errors = {deviations.number("coupling_constant", 0), deviations.number("couplings", 0)};
+    c.errors = {deviations.number("coupling_constant", 0), deviations.number("couplings", 0),
+                deviations.number("floor_share", 1)};
     deviations.finish();
     auto output = top.child("output");
     c.hemisphere = output.vector("hemisphere", c.hemisphere);

@@ -74,6 +74,7 @@ void put_single(Blob& blob, double value) { put<4>(blob, std::bit_cast<std::uint
 float get_single(const std::uint8_t* from) { return std::bit_cast<float>(static_cast<std::uint32_t>(get<4>(from))); }
 
 constexpr int kQuadratureShift = 8;
+constexpr int kFloorShareUnit = 4096;
 
 /// Visits the mantissas in phase and the quadratures, in the order of the blob: each(number, bytes, exponent).
 template <typename Any, typename Visitor>
@@ -108,11 +109,12 @@ const std::uint8_t* read_pick_up(const std::uint8_t* at, PickUp<float>& pick_up)
 }
 
 constexpr std::size_t optional_bytes(std::uint64_t version) {
-    return version < kPickUpVersion ? 0 : kPickUpBytes + (version < kErrorsVersion ? 0 : kErrorsBytes);
+    return (version < kPickUpVersion ? 0 : kPickUpBytes) + (version < kErrorsVersion ? 0 : kErrorsBytes) +
+           (version < kFloorShareVersion ? 0 : kFloorShareBytes);
 }
 
 std::uint64_t version_of(const std::uint8_t* blob) { return get<2>(blob + 4); }
-bool is_known(std::uint64_t version) { return version >= kBlobVersion && version <= kErrorsVersion; }
+bool is_known(std::uint64_t version) { return version >= kBlobVersion && version <= kFloorShareVersion; }
 
 }  // namespace
 
@@ -122,9 +124,10 @@ std::size_t blob_bytes(std::span<const std::uint8_t, kBlobHeaderBytes> header) {
 }
 
 Blob encode(const Calibration<double>& calibration) {
-    const std::uint16_t version = !calibration.errors.is_none()    ? kErrorsVersion
-                                  : !calibration.pick_up.is_none() ? kPickUpVersion
-                                                                   : kBlobVersion;
+    const std::uint16_t version = calibration.errors.floor_share != 1 ? kFloorShareVersion
+                                  : !calibration.errors.is_none()     ? kErrorsVersion
+                                  : !calibration.pick_up.is_none()    ? kPickUpVersion
+                                                                      : kBlobVersion;
     Blob blob;
     put<4>(blob, kBlobMagic);
     put<2>(blob, version);
@@ -148,6 +151,10 @@ Blob encode(const Calibration<double>& calibration) {
     if (version >= kErrorsVersion) {
         write(calibration.errors.coupling_constant);
         write(calibration.errors.couplings);
+    }
+    if (version >= kFloorShareVersion) {
+        put<2>(blob,
+               static_cast<std::uint64_t>(std::clamp(calibration.errors.floor_share * kFloorShareUnit, 1.0, 65535.0) + 0.5));
     }
     pad_to(blob_bytes(std::span<const std::uint8_t>(blob).first<kBlobHeaderBytes>()) - 4);
     put<4>(blob, crc32(std::span<const std::uint8_t>(blob)));
@@ -196,6 +203,9 @@ Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes) {
     if (version >= kErrorsVersion) {
         read(calibration.errors.coupling_constant);
         read(calibration.errors.couplings);
+    }
+    if (version >= kFloorShareVersion) {
+        calibration.errors.floor_share = static_cast<float>(get<2>(at)) / kFloorShareUnit;
     }
     const Status status = check(calibration);
     return status.ok() ? Result<Calibration<float>>(calibration) : status;

@@ -14,7 +14,8 @@ constexpr std::size_t kBlobHeaderBytes = 8;       // magic (4), version (2), pay
 /// A blob with pick-up has the second version, so that older software, which cannot remove it, refuses the blob.
 constexpr std::uint16_t kBlobVersion = 5;
 constexpr std::uint16_t kPickUpVersion = 6;
-constexpr std::uint16_t kErrorsVersion = 7;  // pick-up, zero or not, and errors of the calibration
+constexpr std::uint16_t kErrorsVersion = 7;  // pick-up, zero or not, and errors of the calibration without floor_share
+constexpr std::uint16_t kFloorShareVersion = 8;
 /// Errors of the converters, one byte each; numbers of a Calibration in single precision; the number of virtual dipoles (32-bit
 /// integer) and twelve numbers for each.
 constexpr std::size_t kConverterBytes = sizeof(signal::ConverterErrors);
@@ -24,11 +25,12 @@ constexpr std::size_t kBlobBytes = 572;  // all bytes after the last dipole are 
 static_assert(kBlobHeaderBytes + kPayloadBytes + 4 <= kBlobBytes);
 /// The pick-up follows the dipoles: exponent (1), nine numbers in phase (2 each, times 2^exponent), nine quadratures (1 each,
 /// times 2^(exponent + 8)), standard deviation (single precision). The largest number has 14 bits: boards receive at most 616
-/// bytes. Then the two numbers of CoilErrors in single precision.
+/// bytes. Then CoilErrors: two numbers in single precision, floor_share in 1/4096 (2).
 constexpr std::size_t kPickUpBytes = 1 + 9 * 2 + 9 + 4;
 constexpr std::size_t kErrorsBytes = 2 * 4;
+constexpr std::size_t kFloorShareBytes = 2;
 constexpr std::size_t kPickUpBlobBytes = kBlobHeaderBytes + kPayloadBytes + kPickUpBytes + 4;
-constexpr std::size_t kMaxBlobBytes = kPickUpBlobBytes + kErrorsBytes;
+constexpr std::size_t kMaxBlobBytes = kPickUpBlobBytes + kErrorsBytes + kFloorShareBytes;
 
 using Blob = StaticVector<std::uint8_t, kMaxBlobBytes>;
 

@@ -43,15 +43,27 @@ struct CoilErrors {
     // A file with more is refused.
     static constexpr Scalar kMostOfConstant = Scalar(0.5);
     static constexpr Scalar kMostOfCouplings = Scalar(0.1);
+    static constexpr Scalar kMostOfFloor = 10;
     /// The nearest ones that are permitted.
     static CoilErrors within_limits(Scalar coupling_constant, Scalar couplings) {
         return {std::min(coupling_constant, kMostOfConstant), std::min(couplings, kMostOfCouplings)};
     }
+    [[nodiscard]] bool is_permitted() const {
+        return coupling_constant >= 0 && coupling_constant <= kMostOfConstant && couplings >= 0 &&
+               couplings <= kMostOfCouplings && floor_share > 0 && floor_share <= kMostOfFloor;
+    }
 
     Scalar coupling_constant = 0;  // of C, relative
     Scalar couplings = 0;          // of each coupling, relative to k: all other errors of the parameters
+    Scalar floor_share = 1;  // of the misfit floor: error of the model in the directions of the couplings that a pose explains
 
-    [[nodiscard]] bool is_none() const { return coupling_constant == Scalar(0) && couplings == Scalar(0); }
+    [[nodiscard]] bool is_none() const {
+        return coupling_constant == Scalar(0) && couplings == Scalar(0) && floor_share == Scalar(1);
+    }
+    template <typename Other>
+    [[nodiscard]] CoilErrors<Other> cast() const {
+        return {static_cast<Other>(coupling_constant), static_cast<Other>(couplings), static_cast<Other>(floor_share)};
+    }
 };
 
 /// Low couplings without metal. Only in double, because only programs run trackers for two bands. The default leaves columns
@@ -104,7 +116,7 @@ struct Calibration {
                 static_cast<Other>(quadrature_floor),
                 converters,
                 pick_up.template cast<Other>(),
-                {static_cast<Other>(errors.coupling_constant), static_cast<Other>(errors.couplings)},
+                errors.template cast<Other>(),
                 {},
                 {}};
     }
@@ -131,7 +143,7 @@ Status check(const field::InducedDipoles<Scalar>& surroundings, const Mat3<Scala
 /// output correction or a misfit floor beyond 0.1, a quadrature floor beyond 1, a ratio of the bands beyond 0.5 to 2, a phase of
 /// the low band that is not finite, a lag by motion beyond 5 ms, pick-up beyond the couplings at 0.2 m, a virtual dipole at a
 /// source coil or beyond 100 m, a deviation of the surroundings' quadrature beyond 1, one of C beyond 0.5 or of a coupling beyond
-/// 0.1).
+/// 0.1, a share of the misfit floor beyond 10).
 template <typename Scalar>
 Status check(const Calibration<Scalar>& c) {
     const bool finite =
@@ -159,11 +171,11 @@ Status check(const Calibration<Scalar>& c) {
     if (!(c.quadrature_floor >= 0 && c.quadrature_floor <= 1)) {
         return {StatusCode::invalid_argument, "calibration: the quadrature floor must be a share of 0 to 1"};
     }
-    using Errors = CoilErrors<Scalar>;
-    if (!(c.errors.coupling_constant >= 0 && c.errors.coupling_constant <= Errors::kMostOfConstant && c.errors.couplings >= 0 &&
-          c.errors.couplings <= Errors::kMostOfCouplings)) {
-        return {StatusCode::invalid_argument,
-                "calibration: errors are standard deviations, of the coupling constant 0 to 0.5, of couplings 0 to 0.1"};
+    if (!c.errors.is_permitted()) {
+        return {
+            StatusCode::invalid_argument,
+            "calibration: errors are standard deviations, of the coupling constant 0 to 0.5, of couplings 0 to 0.1; the share "
+            "of the misfit floor is more than 0, at most 10"};
     }
     const Status bad_pick_up{StatusCode::invalid_argument,
                              "calibration: the pick-up must be smaller than the couplings at 0.2 m"};

@@ -31,8 +31,9 @@ Status check_common(const CommonParams<Scalar>& p) {
     if (!(p.quadrature_floor >= 0 && p.quadrature_floor <= 1) || !(p.quadrature_lag_s >= 0 && p.quadrature_lag_s < 1)) {
         return refused("quadrature floor must lie between 0 and 1, its lag between 0 and 1 s");
     }
-    if (!(p.pick_up_sigma >= 0) || !std::isfinite(p.pick_up_sigma)) {
-        return refused("the deviation of the pick-up must be finite and not negative");
+    if (!(p.pick_up_sigma >= 0) || !std::isfinite(p.pick_up_sigma) || !(p.floor_share > 0 && p.floor_share <= 10)) {
+        return refused(
+            "the deviation of the pick-up must be finite and not negative, the share of the floor above 0, at most 10");
     }
     if (p.max_column_span.count() < 0 || p.lost_after.count() <= 0 || p.search_after < p.lost_after) {
         return refused("times must be positive, and search_after not shorter than lost_after");

@@ -19,6 +19,7 @@ struct CommonParams {
     Scalar coupling_constant = 1;                     // C, coupling units times m^3; not used with a calibration
     Vec3<Scalar> hemisphere = Vec3<Scalar>::UnitX();  // direction to the half space at the start; zero: unknown
     bool confined = false;                            // the sensor never leaves that half space (wall, table)
+    Scalar floor_share = 1;                           // of misfit_floor, in the covariance of poses
     Microseconds max_column_span{0};                  // see SignalMatrixAssembler; column_span() derives it from a plan
     Scalar window_s = 0;                              // length of a demodulation window, for the predicted blur
     Scalar latency_s = 0;                             // from a pose's time to its use, for the predicted error
@@ -35,9 +36,10 @@ struct CommonParams {
     Microseconds lost_after{100'000};        // without a valid pose
     Microseconds search_after{1'000'000};    // without a valid pose; then a matrix tracker forgets the last one
 
-    /// Variance of a coupling due to errors of the calibration, coupling units squared. strength: k.
-    [[nodiscard]] Scalar calibration_variance(Scalar strength) const {
-        const Scalar floor = misfit_floor * strength;
+    /// Variance of a coupling due to errors of the calibration, coupling units squared: of the misfit; with the share, of the
+    /// directions that a pose explains. strength: k.
+    [[nodiscard]] Scalar calibration_variance(Scalar strength, Scalar share = 1) const {
+        const Scalar floor = share * misfit_floor * strength;
         return floor * floor + pick_up_sigma * pick_up_sigma;
     }
 };

@@ -86,15 +86,17 @@ TEST(CoilErrors, AreStoredAndImpossibleOnesRefused) {
     const std::string older = to_toml(file);
     EXPECT_EQ(older.find("[errors]"), std::string::npos);
     EXPECT_TRUE(read_text_of(older).calibration.errors.is_none());
-    file.calibration.errors = {0.01, 2e-4};
+    file.calibration.errors = {0.01, 2e-4, 0.75};
     const auto read = read_text_of(to_toml(file)).calibration.errors;
     EXPECT_EQ(read.coupling_constant, 0.01);
     EXPECT_EQ(read.couplings, 2e-4);
+    EXPECT_EQ(read.floor_share, 0.75);
     const std::string by_hand = older + "\n[errors]\nversion = 1\n";
     EXPECT_EQ(read_text_of(by_hand + "coupling_constant = 0.01\n").calibration.errors.coupling_constant, 0.01);
     for (const char* wrong :
          {"", "coupling_constant = -0.01", "coupling_constant = 1e308", "coupling_constant = nan", "coupling_constant = \"1 %\"",
-          "coupling_constant = 0.01\ncouplings = -1", "coupling_constant = 0.01\ncoupling = 1e-3", "couplings = 1e-4"}) {
+          "coupling_constant = 0.01\ncouplings = -1", "coupling_constant = 0.01\nfloor_share = 0",
+          "coupling_constant = 0.01\ncoupling = 1e-3", "couplings = 1e-4"}) {
         EXPECT_THROW(read_text_of(by_hand + wrong + "\n"), InputError) << wrong;
     }
     EXPECT_THROW(read_text_of(older + "\n[errors]\nversion = 2\ncoupling_constant = 0.01\n"), InputError);

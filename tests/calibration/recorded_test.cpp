@@ -99,6 +99,28 @@ TEST_F(RecordedStage, CalibratedMisfitFloorCoversTheErrorsOfTheModel) {
     }
 }
 
+/// Errors of poses that were not fitted agree with the deviation that trackers state.
+TEST_F(RecordedStage, StatedDeviationsAreTrue) {
+    const std::string cal = path_in_temp("stated.toml");
+    const auto nees = [&](const std::string& options, const std::string& fitted, const std::string& tested) {
+        const auto fit = tricoil("calibrate stage --out " + cal + options + fitted);
+        EXPECT_EQ(fit.exit_code, 0) << fit.err;
+        const auto test = tricoil("evaluate --json --calibration " + cal + tested);
+        EXPECT_EQ(test.exit_code, 0) << test.err;
+        const double per_degree = test.json()["stated"]["nees_per_degree"];
+        std::cout << options << fitted << ": NEES per degree of freedom " << per_degree << '\n';
+        EXPECT_GT(per_degree, 0.7);
+        EXPECT_LT(per_degree, 1.4);
+    };
+    for (const char* model : {"general", "finite"}) {
+        nees(std::string(" --model ") + model, set("md"), set("ld"));
+    }
+    for (const char* mounting : {"YoutZup", "XoutZup", "XinYup", "ZoutYup"}) {
+        const std::string file = " " + folder_ + "/ilemt-mountings/so" + mounting + "_seYoutZup_";
+        nees("", file + "md.dat", file + "ld.dat");
+    }
+}
+
 /// The clean coils of this source have a quadrature of 0.3 % that follows the phase of each coupling, and 0.04 % that does not.
 /// The trackers judge what is left. With one phase for each sensor channel, as older calibration files have, most poses would
 /// seem to be near metal.

@@ -77,7 +77,7 @@ TEST(CalibrationBlob, StoresAllNumbersInSinglePrecision) {
         const std::size_t dipoles = n / 2;
         Calibration<double> written = sample_near_metal(dipoles);
         written.pick_up = n % 2 == 0 ? PickUp<double>{} : some_pick_up();
-        written.errors = n % 3 == 2 ? CoilErrors<double>{0.01, 3e-4} : CoilErrors<double>{};
+        written.errors = n % 3 == 2 ? CoilErrors<double>{0.01, 3e-4, 0.75} : CoilErrors<double>{};
         const Blob blob = encode(written);
         EXPECT_EQ(blob.size(), n % 3 == 2 ? kMaxBlobBytes : n % 2 == 0 ? kBlobBytes : kPickUpBlobBytes);
         const auto read = decode(blob);
@@ -100,6 +100,7 @@ TEST(CalibrationBlob, StoresAllNumbersInSinglePrecision) {
         EXPECT_EQ(read->pick_up.sigma, static_cast<float>(written.pick_up.sigma));
         EXPECT_EQ(read->errors.coupling_constant, static_cast<float>(written.errors.coupling_constant));
         EXPECT_EQ(read->errors.couplings, static_cast<float>(written.errors.couplings));
+        EXPECT_EQ(read->errors.floor_share, written.errors.floor_share);
         EXPECT_EQ(read->misfit_floor, static_cast<float>(written.misfit_floor));
         EXPECT_EQ(read->quadrature_floor, static_cast<float>(written.quadrature_floor));
         ASSERT_EQ(read->model.surroundings.size(), dipoles);
@@ -169,7 +170,7 @@ TEST(CalibrationBlob, RefusesOtherVersionsLengthsAndErasedFlash) {
     longer.push_back(0);
     EXPECT_FALSE(decode(longer).ok());
     EXPECT_FALSE(decode(std::vector<std::uint8_t>(kBlobBytes, 0xFF)).ok());
-    for (const int version : {1, 2, 3, 4, 8}) {
+    for (const int version : {1, 2, 3, 4, 9}) {
         blob[4] = static_cast<std::uint8_t>(version);
         EXPECT_STREQ(decode(with_crc(blob)).status().message(),
                      "calibration of another version; calibrate again with this software");
@@ -195,14 +196,15 @@ TEST(CalibrationBlob, OnlyABlobWithPickUpHasTheNewVersion) {
 }
 
 /// The same for errors of the calibration, with and without pick-up.
-TEST(CalibrationBlob, OnlyABlobWithErrorsHasTheNewestVersion) {
+TEST(CalibrationBlob, OnlyABlobWithErrorsHasTheirVersion) {
     for (const PickUp<double>& pick_up : {PickUp<double>{}, some_pick_up()}) {
-        for (const CoilErrors<double> errors : {CoilErrors<double>{0.01, 0}, CoilErrors<double>{0, 1e-4}}) {
+        for (const CoilErrors<double> errors :
+             {CoilErrors<double>{0.01, 0}, CoilErrors<double>{0, 1e-4}, CoilErrors<double>{0, 0, 0.5}}) {
             auto c = sample();
             c.pick_up = pick_up;
             c.errors = errors;
             Blob blob = encode(c);
-            EXPECT_EQ(blob[4], kErrorsVersion);
+            EXPECT_EQ(blob[4], errors.floor_share == 1 ? kErrorsVersion : kFloorShareVersion);
             ASSERT_TRUE(decode(blob).ok());
             for (std::size_t bit = 0; bit < 8 * blob.size(); ++bit) {
                 Blob damaged = blob;
@@ -219,6 +221,11 @@ TEST(CalibrationBlob, OnlyABlobWithErrorsHasTheNewestVersion) {
 
 TEST(CalibrationBlob, RefusesImpossibleErrors) {
     constexpr auto kMax = std::numeric_limits<double>::infinity();
+    for (const double wrong : {0.0, -1.0, 10.1, 1e308, kMax, std::numeric_limits<double>::quiet_NaN()}) {
+        auto c = sample();
+        c.errors.floor_share = wrong;
+        EXPECT_EQ(check(c).code(), StatusCode::invalid_argument) << wrong;
+    }
     for (const double wrong : {-1e-3, 0.6, 1e38, 1e308, -1e308, kMax, std::numeric_limits<double>::quiet_NaN()}) {
         for (const CoilErrors<double> errors : {CoilErrors<double>{wrong, 0}, CoilErrors<double>{0, wrong}}) {
             auto c = sample();

@@ -85,21 +85,24 @@ Found solve_refined_pose(const calibration::Calibration<double>& c, const Mat3<d
     return {r.pose, r.converged() && solution->right_handed, solution->iterations, r.misfit_share};
 }
 
-/// Covariance of the position that a tracker states for these couplings without noise, from errors of the calibration, the floor
-/// and the misfit.
-Mat3<double> stated_covariance(const calibration::Calibration<double>& c, const Mat3<double>& x, const Found& found) {
+/// Covariance of the position that a tracker states for these couplings without noise: of the floor, then of errors of the
+/// calibration and of the misfit.
+std::pair<Mat3<double>, Mat3<double>> stated_covariances(const calibration::Calibration<double>& c, const Mat3<double>& x,
+                                                         const Found& found) {
     const double strength = x.norm() / std::sqrt(1.5);
     tracking::CommonParams<double> params;
     params.misfit_floor = c.misfit_floor;
+    params.floor_share = c.errors.floor_share;
     params.pick_up_sigma = c.pick_up.sigma;
     const double floor = tracking::floor_variance(params, strength);
+    const double gate = params.distortion_gate * params.calibration_variance(strength);
     const double misfit = found.misfit_share * x.norm() * found.misfit_share * x.norm();
-    const bool significant = floor > 0 && misfit > params.distortion_gate * floor;
+    const bool significant = floor > 0 && misfit > gate;
     const double hidden = significant ? tracking::kHiddenShare * tracking::kHiddenShare * misfit / 3 : 0;
     const double range_m = found.pose.position_m.norm();
-    const Mat6<double> of_misfit =
-        solver::pose_covariance<double>(strength, range_m, found.pose.position_m / range_m, std::sqrt(floor + hidden));
-    return (of_misfit + tracking::covariance_of_coil_errors(c.errors, found.pose.position_m)).topLeftCorner<3, 3>();
+    const Mat6<double> unit = solver::pose_covariance<double>(strength, range_m, found.pose.position_m / range_m, 1);
+    const Mat6<double> of_coils = tracking::covariance_of_coil_errors(c.errors, found.pose.position_m);
+    return {(floor * unit).topLeftCorner<3, 3>(), (hidden * unit + of_coils).topLeftCorner<3, 3>()};
 }
 
 }  // namespace
@@ -176,7 +179,8 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
         error.rotation_error_rad =
             geometry::quaternion_to_rotation_vector<double>(found.pose.q_source_sensor * truth.q_source_sensor.conjugate());
         error.misfit_share = found.misfit_share;
-        if (const Mat3<double> stated = stated_covariance(c, x, found); stated.trace() > 0) {
+        std::tie(error.of_floor, error.of_others) = stated_covariances(c, x, found);
+        if (const Mat3<double> stated = error.of_floor + error.of_others; stated.trace() > 0) {
             error.deviation_m = std::sqrt(stated.trace());
             error.sigmas = std::sqrt(error.error_m.dot(stated.inverse() * error.error_m));
         }

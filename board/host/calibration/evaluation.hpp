@@ -21,9 +21,12 @@ struct EvaluatedPose {
     Vec3<double> truth_m = Vec3<double>::Zero();
     Vec3<double> error_m = Vec3<double>::Zero();  // tracker minus stage
     Vec3<double> rotation_error_rad = Vec3<double>::Zero();
-    double misfit_share = 0;                    // share of the couplings that the pose does not explain
-    double sigmas = 0;                          // of the position error by the covariance that a tracker states without noise
-    double deviation_m = 0;                     // its position (3D); 0: the calibration has no floor
+    double misfit_share = 0;  // share of the couplings that the pose does not explain
+    // Covariance of the position that a tracker states without noise: of the misfit floor, and of the calibration's other errors.
+    Mat3<double> of_floor = Mat3<double>::Zero();
+    Mat3<double> of_others = Mat3<double>::Zero();
+    double sigmas = 0;                          // of the position error by their sum
+    double deviation_m = 0;                     // the position's (3D); 0: the calibration states nothing
     std::optional<double> surroundings_change;  // of their quadratures, as a share of the calibrated ones
     double unexplained_share = 0;               // that the true pose does not explain, at most 1
 };

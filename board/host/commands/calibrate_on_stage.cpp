@@ -141,6 +141,7 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     const auto errors = evaluate(file, files, solver);
     const ErrorBand all = error_band(errors);
     file.calibration.misfit_floor = misfit_floor_of(errors, fit.outliers.size());
+    file.calibration.errors.floor_share = floor_share_of(evaluate(file, files, solver), fit.outliers.size());
     result["misfit_floor"] = file.calibration.misfit_floor;
     if (const std::string places = places_not_converged(errors, files); !places.empty()) {
         report.warnings.push_back(places + ": did not converge, not in the RMS");

@@ -74,11 +74,13 @@ private:
     DeviceTime time_{};
 };
 
-/// Variance of a coupling due to errors of the calibration; zero if negligible. strength: k.
+/// Variance of a coupling due to errors of the calibration, for the covariance of poses; zero if negligible. strength: k.
 template <typename Scalar>
 Scalar floor_variance(const CommonParams<Scalar>& params, Scalar strength) {
     constexpr Scalar kNegligible = Scalar(1e-5);
-    return params.misfit_floor > kNegligible || params.pick_up_sigma > 0 ? params.calibration_variance(strength) : Scalar(0);
+    return params.misfit_floor > kNegligible || params.pick_up_sigma > 0
+               ? params.calibration_variance(strength, params.floor_share)
+               : Scalar(0);
 }
 
 /// Root mean square of the position error that an error of `sigma` in each coupling causes: the trace of pose_covariance().

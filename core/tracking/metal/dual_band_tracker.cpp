@@ -139,7 +139,8 @@ double DualBandTracker::strength(const PoseEstimate<double>& estimate) const {
 /// Of the high band's pose, from noise and the misfit of calibrated coils, without metal.
 Mat6<double> DualBandTracker::noise_covariance(const PoseEstimate<double>& estimate) const {
     const double noise = coupling_noise(estimate, params().coupling_constant);
-    return covariance_for(std::sqrt(noise * noise + params().calibration_variance(strength(estimate))), estimate);
+    return covariance_for(std::sqrt(noise * noise + params().calibration_variance(strength(estimate), params().floor_share)),
+                          estimate);
 }
 
 /// sigma: of a coupling.

@@ -19,6 +19,6 @@ public:
 
 extern template class scaat::Filter<float, scaat::ConcentricMeasurement<float>>;
 extern template class scaat::Filter<double, scaat::ConcentricMeasurement<double>>;
-static_assert(sizeof(ScaatTracker<float>) <= 3408, "four filters in float must leave room in 40 KiB of RAM");
+static_assert(sizeof(ScaatTracker<float>) <= 3416, "four filters in float must leave room in 40 KiB of RAM");
 
 }  // namespace tricoil::tracking

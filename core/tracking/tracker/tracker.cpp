@@ -17,6 +17,7 @@ CommonParams<Scalar> Tracker<Scalar>::corrected(CommonParams<Scalar> params, con
         return params;
     }
     params.misfit_floor = std::max(params.misfit_floor, correction->misfit_floor());
+    params.floor_share = correction->errors().floor_share;
     params.quadrature_floor = correction->quadrature_floor();
     params.pick_up_sigma = std::max(params.pick_up_sigma, correction->pick_up_sigma());
     if (correction->has_own_axes()) {
