@@ -28,8 +28,9 @@ def board_xml() -> str:
     return f"<PlusConfiguration><PhantomDefinition><Geometry><Landmarks>{rows}</Landmarks></Geometry></PhantomDefinition></PlusConfiguration>"
 
 
-def pivots_at(order, seed=1, strain=np.eye(3), noise_m=2e-4, noise_rad=5e-4, seconds=6.0, wild=0.01):
-    """A stylus tilted in holes of the board in this order, with moves between. strain: of the tracker's frame, on the sensor's positions."""
+def pivots_at(order, seed=1, strain=np.eye(3), noise_m=2e-4, noise_rad=5e-4, seconds=6.0, wild=0.01, of_sensor=False):
+    """A stylus tilted in holes of the board in this order, with moves between. strain: of the tracker's frame, on the places of the tip, or, with
+    of_sensor, on those of the sensor, whose lever it does not strain."""
     random = np.random.default_rng(seed)
     t = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
     centers = BOARD.apply(HOLES_M[list(order)]) + SHIFT_M
@@ -44,10 +45,9 @@ def pivots_at(order, seed=1, strain=np.eye(3), noise_m=2e-4, noise_rad=5e-4, sec
             turns.append(Rotation.concatenate([turn[0]] * len(u)) * Rotation.from_rotvec(0.4 * random.normal(size=(len(u), 3))))
         position.append(place)
         turns.append(turn)
-    # The strain of a frame moves every place, also that of the tip: of the sensor's position only the place of the tip is strained.
     p, q = np.concatenate(position), Rotation.concatenate(turns)
-    tips = p + q.apply(TIP_M)
-    p = p + tips @ (strain - np.eye(3)).T + random.normal(size=p.shape) * noise_m
+    places = p if of_sensor else p + q.apply(TIP_M)
+    p = p + places @ (strain - np.eye(3)).T + random.normal(size=p.shape) * noise_m
     q = Rotation.from_rotvec(noise_rad * random.normal(size=p.shape)) * q
     bad = random.random(len(p)) < wild
     p[bad] += random.normal(size=(int(np.sum(bad)), 3)) * 0.02

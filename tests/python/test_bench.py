@@ -8,7 +8,7 @@ import unittest
 import numpy as np
 from folder_case import FolderCase
 import tricoil
-from bench_cases import AXIS, DAMPING, HOLES_M, NAMES, OMEGA, TIP_M, board_csv, board_xml, mha, pendulum, pivots_at, poses_of, rests_at
+from bench_cases import ARM_M, AXIS, DAMPING, HOLES_M, NAMES, OMEGA, TIP_M, board_csv, board_xml, mha, pendulum, pivots_at, poses_of, rests_at
 from scipy.spatial.transform import Rotation
 from tricoil import _bench
 
@@ -56,6 +56,21 @@ class Divots(Files):
         self.assertTrue(0.2 < np.mean(squares) < 2.5, np.mean(squares))
         text = _bench.text(tricoil.bench(pivots_at(ORDER, 1, STRAIN), board=self.board))
         self.assertRegex(text, r"a scale of 1\.\d\d \+- 0\.\d\d % on axis z \(axis x of the board\): distances are measured too short")
+
+    def test_a_strain_of_the_sensors_positions(self):
+        """It does not strain the lever to the tip: the tip and the size of the strain are right once both agree."""
+        shear = np.eye(3) + 0.01 * np.array(((0, 0, 0), (0, 0, 1), (0, 1, 0)))
+        for strain, name, value in ((STRAIN, "scale z", -0.017), (np.diag((1, 1.02, 1)), "scale y", 0.02), (shear, "shear yz", 0.01)):
+            squares = []
+            for seed in range(6):
+                result = tricoil.bench(pivots_at(ORDER, seed, strain, of_sensor=True), board=self.board)
+                board = result["board"]
+                self.assertEqual([one["name"] for one in board["strains"]], [name])
+                squares.append(((board["strains"][0]["value"] - value) / board["strains"][0]["std"]) ** 2)
+                self.assertLess(np.linalg.norm(np.array(board["tip_without_strain_m"]) - TIP_M), 2e-4)
+            self.assertLess(np.mean(squares), 2.5, (name, squares))
+            self.assertIn("without it the tip is ", _bench.text(result))
+        self.assertIsNone(tricoil.bench(pivots_at(ORDER, 1, STRAIN), board=self.board)["board"]["tip_without_strain_m"])
 
     def test_nothing_is_named_where_nothing_is_wrong(self):
         named = [tricoil.bench(pivots_at(ORDER, seed), board=self.board)["board"]["strains"] for seed in range(10)]
@@ -169,7 +184,9 @@ class Turns(unittest.TestCase):
         self.assertEqual(len(one), 1)
         hinge, swing = one[0], one[0]["pendulum"]
         self.assertLess(np.arccos(abs(np.dot(hinge["axis"], AXIS))), 1e-3)
-        self.assertAlmostEqual(hinge["axial_rms_m"], np.hypot(1e-4, 5e-4 * 0.25), delta=1e-5)  # of the position, and of the attitude at the arm
+        self.assertAlmostEqual(hinge["axial_rms_m"], 1e-4, delta=1e-5)  # noise of the position, without that of the attitude at the arm
+        self.assertAlmostEqual(hinge["radial_rms_m"], 1e-4, delta=1e-5)
+        self.assertAlmostEqual(hinge["radius_m"], np.linalg.norm(ARM_M - AXIS * (AXIS @ ARM_M)), delta=1e-4)
         self.assertLess(abs(swing["period_s"] - 2 * np.pi / OMEGA), 5 * swing["period_std_s"])
         self.assertLess(swing["period_std_s"], 1e-3)
         self.assertLess(abs(swing["damping_per_s"] - DAMPING), 5 * swing["damping_std_per_s"])

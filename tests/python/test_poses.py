@@ -134,6 +134,39 @@ class Poses(unittest.TestCase):
         self.write(self.table({**base, **dict(zip(("q1", "q2", "q3", "q4"), XYZW.T))}))
         self.refused("give their order with rotation wxyz or xyzw")
 
+    def test_axes_of_angles_and_names_of_polhemus(self):
+        """Orientation without a w is no quaternion; angles that are not complete are not left out in silence; a marker is no sensor."""
+        angles = TURN.as_euler("ZYX", degrees=True).T
+        base = {"time_s": TIME_S, "marker": (["3", "4"] * COUNT)[:COUNT], "sensor": ["1"] * COUNT, **dict(zip(("position_x", "position_y", "position_z"), POSITION_M.T))}
+        self.write(self.table({**base, **dict(zip(("orientation_x", "orientation_y", "orientation_z"), angles))}))
+        self.refused("columns orientation_x, orientation_y, orientation_z: say how they turn with rotation")
+        self.agree(rotation="polhemus")
+        self.write(self.table({**base, **dict(zip(("Az", "El", "Ro"), angles))}))
+        self.agree()
+        self.write(self.table({**base, **dict(zip(("Az", "El", "Twist"), angles))}))
+        self.refused("of three angles there is only Az, El; name all three")
+
+    def test_bursts(self):
+        """Packets of four poses, stamped by the host: equal times or nearly so, with two packets lost."""
+        count, rate_hz = 400, 240
+        t = np.arange(count) / rate_hz
+        p = np.stack((0.5 + 0.1 * np.sin(2 * t), 0.1 * np.cos(3 * t), 0.05 * t), axis=1)
+        random = np.random.default_rng(3)
+        packet = np.arange(count) // 4
+        for apart_s, late_s in ((0, 0), (1e-5, 3e-4)):
+            stamp = t[4 * packet + 3] + 0.002 + late_s * random.random(count)[packet] + apart_s * (np.arange(count) % 4)
+            keep = (packet != 20) & (packet != 61)
+            self.write(self.table({"time_s": [f"{value:.7f}" for value in stamp[keep]], **dict(zip("xyz", p[keep].T))}))
+            poses = tricoil.read_poses(self.path)
+            np.testing.assert_allclose(poses.time_s - poses.time_s[0], t[keep], atol=1e-4)
+            self.assertRegex(" ".join(poses.notes), "rows came in bursts of 4; the times of an even clock, (240|239.99)")
+        two = np.repeat(p, 2, axis=0) + np.tile([[0], [0.3]], (count, 1))
+        self.write(self.table({"time_s": np.repeat(t, 2), **dict(zip("xyz", two.T))}))
+        self.refused("two poses have the same time; if they are of two sensors")
+        jumps = t[4 * packet + 3] + 0.2 * np.sin(0.1 * packet)
+        self.write(self.table({"time_s": np.maximum.accumulate(jumps), **dict(zip("xyz", p.T))}))
+        self.refused("no even clock explains their times")
+
     def test_times(self):
         unix = 1764283200.25
         iso = [f"2025-11-27T22:40:{0.25 + t:09.6f}Z" for t in TIME_S]
@@ -141,7 +174,7 @@ class Poses(unittest.TestCase):
                                        ({"frame": [str(n) for n in range(COUNT)]}, {"rate_hz": 100}, 0), ({"timestamp": unix + TIME_S}, {}, unix),
                                        ({"stamp_ns": [f"{int(unix * 1e9) + 10_000_000 * n}" for n in range(COUNT)]}, {}, None),
                                        ({"time_ns": [f"{int(unix * 1e9) + 10_000_000 * n}" for n in range(COUNT)]}, {}, unix),
-                                       ({"time": iso}, {}, 1764283200.25), ({}, {"rate_hz": 100}, 0)):
+                                       ({"time": iso}, {}, 1764283200.25), ({"time": [f"9:59:{59 + t:.6f}" for t in TIME_S]}, {}, 35999), ({}, {"rate_hz": 100}, 0)):
             with self.subTest(column=list(column), options=options):
                 columns = self.plain()
                 del columns["time_s"]
@@ -150,6 +183,10 @@ class Poses(unittest.TestCase):
                     self.refused("has no column of time")
                 else:
                     self.agree(start + TIME_S, **options)
+        columns = {"time": [f"05/01/2024 15:25:{39 + t:.6f}" for t in TIME_S], **self.plain()}
+        del columns["time_s"]
+        self.write(self.table(columns))
+        self.refused("is no time of the day .* and no ISO time")
         columns = {"time": 1e3 * TIME_S * 10, **self.plain()}
         del columns["time_s"]
         self.write(self.table(columns))
@@ -222,6 +259,17 @@ class Poses(unittest.TestCase):
         self.agree()
         self.agree(sensor="wand:1", attitude=False)
         self.refused("has no pen; it has wand", sensor="pen")
+        # Older versions: lines without a title, without a unit, and, the oldest, without the names of frame and time.
+        of = [line.replace(",Type,", ",,").replace(",Name,", ",,").replace(",ID,", ",,") for line in head]
+        self.write("\n".join(of + rows))
+        self.agree()
+        of[0] = of[0].replace("Length Units,Millimeters,", "")
+        of[-1] = of[-1].replace("Frame,Time (Seconds)", ",")
+        self.write("\n".join(of + rows))
+        self.refused("is the unit mm")
+        self.agree(unit="mm")
+        self.write("\n".join([head[0].replace("Millimeters", "Feet"), *head[1:], *rows]))
+        self.refused("Length Units must be Meters, Centimeters or Millimeters; is 'Feet'")
 
     def test_ndi(self):
         lines = ["Tools,Port 1,Frame,Face,State,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error"]
@@ -230,6 +278,11 @@ class Poses(unittest.TestCase):
         lines.insert(4, "1,Tool,2,0,Missing,,,,,,,,")
         self.write("\n".join(lines))
         self.agree(rate_hz=100)
+        tool = lines[0].removeprefix("Tools,")
+        self.write("\n".join([f"Tools,{tool},{tool.replace('1', '2')}", *(f"{line},{line[2:]}" for line in lines[1:])]))
+        self.refused("has the tools Port 1, Port 2; choose one with sensor", rate_hz=100)
+        self.agree(rate_hz=100, sensor="Port 2")
+        self.agree(rate_hz=100, sensor=2)
 
     def test_plus_toolkit(self):
         lines = ["ObjectType = Image", "NDims = 3"]

@@ -34,20 +34,20 @@ def wxyz(turn):
     return turn.as_quat()[:, [3, 0, 1, 2]]
 
 
-def reference(t, noise_m=0.0, place=(0.7, 0, 0.1)):
+def reference(t, noise_m=0.0, place=(0.7, 0, 0.1), size_m=0.05):
     """Pose of the body on which the sensor is mounted, in a frame of its own."""
-    p, turn = truth(t, place)
+    p, turn = truth(t, place, size_m)
     body = turn * MOUNT.inv()
     p = WORLD.apply(p - body.apply(MOUNT_M)) + WORLD_M
     return p + noise_m / np.sqrt(3) * np.random.default_rng(6).normal(size=p.shape), wxyz(WORLD * body)
 
 
-def naive(t, slot_s, order, each_column=False):
+def naive(t, slot_s, order, each_column=False, size_m=0.05):
     """Poses of a tracker with TDM that solves columns of different ages as if they were simultaneous; t: of the newest column."""
     x = np.empty((len(t), 3, 3))
     rows = np.arange(len(t))
     for age in range(3):
-        p, turn = truth(t - age * slot_s)
+        p, turn = truth(t - age * slot_s, size_m=size_m)
         coil = np.array(order)[(rows - age) % 3] if each_column else np.full(len(t), order[2 - age])
         x[rows, :, coil] = tricoil.couplings(p, wxyz(turn))[rows, :, coil]
     solved = tricoil.solve(x, 1e-9)
@@ -151,6 +151,24 @@ class Moving(unittest.TestCase):
         self.assertLess(result["left_rms_m"], 1e-4)
         np.testing.assert_allclose(result["mount_m"], [-0.1, 0.2, -0.15], atol=1e-3)
 
+    def test_turning_in_place(self):
+        """All that the positions move is the motion error."""
+        t = np.arange(0.5, 20, 3 * 1.4e-3)
+        result = tricoil.verify((t, *noisy(*naive(t, 1.4e-3, (0, 1, 2), size_m=0))), (R, *reference(R, size_m=0)))
+        self.assertIn("coils S1 S2 S3", result["multiplexing"])
+        self.assertAlmostEqual(result["slot_s"], 1.4e-3, delta=2e-5)
+        self.assertGreater(result["motion_error_m"], 1e-3)
+        self.assertGreater(result["r2"], 0.99)
+
+    def test_intervals_are_those_of_poses(self):
+        """Resamples without a pose of the band count for nothing; a band in one block has no interval."""
+        by = self.verify(1.4e-3, (0, 1, 2))["by"]
+        intervals = [(band["left_rms_m"], band["left_interval_m"]) for name in by for band in by[name]]
+        for left_m, ends in intervals:
+            if ends is not None:
+                self.assertGreater(ends[0], 0.3 * left_m)
+        self.assertGreater(sum(ends is not None for _, ends in intervals), 5)
+
     def test_rounded_times_are_rebuilt(self):
         t = np.arange(0.5, 20, 3 * 1.4e-3)
         p, q = noisy(*naive(t, 1.4e-3, (0, 1, 2)))
@@ -160,7 +178,9 @@ class Moving(unittest.TestCase):
         self.assertIn("rounded to 1 ms", " ".join(result["notes"]))
 
     def test_latency_with_a_common_clock(self):
-        self.assertAlmostEqual(self.verify(2.5e-3, (2, 0, 1), same_clock=True)["lag_s"], 0.004, delta=1e-4)
+        result = self.verify(2.5e-3, (2, 0, 1), same_clock=True)
+        self.assertAlmostEqual(result["lag_s"], 0.004, delta=1e-4)
+        self.assertGreater(result["lag_std_s"], 9e-6 * result["clock_rate_std_ppm"])  # at the first pose, 9.75 s before the middle
 
     def test_own_tracker(self):
         """Poses after each column, without correction of the skew; the true pose is the reference."""
@@ -231,6 +251,8 @@ class BadInput(unittest.TestCase):
         self.refused("quaternions turn the other way", reference=(u, r, s * [1, -1, -1, -1]))
         self.refused("is the unit mm", reference=(u, 1e3 * r, s))
         self.refused("slower than the motion", reference=(np.arange(1, 23, 0.25), *reference(np.arange(1, 23, 0.25))))
+        five_hz = np.arange(1, 23, 0.2)
+        self.refused(r"slower than the motion: between its samples it is wrong by [1-9]", reference=(five_hz, *reference(five_hz)))
         self.refused("does not move", tracker=(t, np.tile(p[:1], (len(t), 1)), np.tile(q[:1], (len(t), 1))))
         self.refused("1 pose; at least 20", reference=(u[:1], r[:1], s[:1]))
         self.refused("row 7: the position is not finite", tracker=(t, np.where(np.arange(len(t))[:, None] == 7, np.nan, p), q))

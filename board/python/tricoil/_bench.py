@@ -121,7 +121,7 @@ def analyse(poses: Poses, segments=None, board: Board | None = None, holes=None,
         points = points_of(by_kind["rest"], pivots, poses, tip_m)
         if len(points) < LEAST_FOR_BOARD:
             raise PoseError(f"{poses.name}: {len(points)} points for {board.name}; at least {LEAST_FOR_BOARD} rests or divots are needed; give --segments")
-        result["board"] = compare(points, board, match(points, board, holes), pivots)
+        result["board"] = compare(points, board, match(points, board, holes), pivots, poses)
         result["notes"] += board.notes
     return result
 
@@ -183,11 +183,12 @@ def pivot_lines(pivot):
 def named(strain):
     """A strain in words: what the tracker measures."""
     value, std = 100 * abs(strain["value"]), 100 * strain["std"]
+    digits = 2 if std >= 0.005 else 4
     where = f" (axis {strain['board_axis']} of the board)" if strain["board_axis"] else ""
     if strain["name"].startswith("shear"):
-        return f"a shear of {100 * 2 * strain['value']:.2f} +- {2 * std:.2f} % between axes {strain['name'][-2]} and {strain['name'][-1]}"
+        return f"a shear of {100 * 2 * strain['value']:.{digits}f} +- {2 * std:.{digits}f} % between axes {strain['name'][-2]} and {strain['name'][-1]}"
     direction = "along every axis" if strain["name"] == "scale" else f"on axis {strain['name'][-1]}{where}"
-    return f"a scale of {value:.2f} +- {std:.2f} % {direction}: distances are measured too {'long' if strain['value'] > 0 else 'short'}"
+    return f"a scale of {value:.{digits}f} +- {std:.{digits}f} % {direction}: distances are measured too {'long' if strain['value'] > 0 else 'short'}"
 
 
 def board_lines(board):
@@ -204,6 +205,8 @@ def board_lines(board):
         lines.append(f"  explained by {named(strain)}")
     if board["strains"]:
         lines.append(f"               left: {_mm(board['explained_rms_m'], 2)} mm RMS")
+        if board["tip_without_strain_m"] is not None:
+            lines.append(f"               without it the tip is {' '.join(_mm(value) for value in board['tip_without_strain_m'])} mm")
     else:
         lines.append("  scale, shear none is significant")
     if board["tip_shift"] is not None:

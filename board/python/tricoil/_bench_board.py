@@ -5,8 +5,10 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _bench_pivot
 from ._bench_match import distances, rigid
-from ._poses import PoseError
+from ._bench_segments import matrices
+from ._poses import PoseError, Poses
 
 AXES = "xyz"
 SHARES = {  # symmetric strains of the frame; the other part of an affine map is a rotation
@@ -14,9 +16,12 @@ SHARES = {  # symmetric strains of the frame; the other part of an affine map is
     **{f"scale {axis}": np.diag(np.eye(3)[n]) for n, axis in enumerate(AXES)},
     **{f"shear {AXES[a]}{AXES[b]}": np.outer(np.eye(3)[a], np.eye(3)[b]) + np.outer(np.eye(3)[b], np.eye(3)[a]) for a, b in ((0, 1), (0, 2), (1, 2))},
 }
+SIX = tuple(name for name in SHARES if name != "scale")
 LIKELIHOOD = 0.01  # of a smaller residual by chance
 SAME_AXIS_RAD = 0.1
 PASSES = 5
+LEAST_DETERMINED = 1e-3
+LESS = 0.99  # residual of the poses in the divots, over that with the strain
 LEAST_M = 1e-6  # RMS that needs no explanation
 
 
@@ -93,6 +98,42 @@ def explained(points: NDArray, holes: NDArray) -> tuple[Fit, Fit]:
     return plain, best
 
 
+def of_sensor(poses: Poses, holes: NDArray, pivots) -> tuple[NDArray, NDArray, dict] | None:
+    """Points, tip, and deviations of the strains by the noise of the poses, without the error of the lever, if the strain is that of the sensor's positions; None if the poses in the divots say otherwise.
+
+    The lever from the sensor to the tip is not strained: poses at several tilts contradict each other, and tip and points are wrong. Least squares
+    of (1 - strain) position + attitude tip = turn hole + shift, over all poses in divots.
+    """
+    p, turns, which = _in_divots(poses, pivots)
+    board_turn = rigid(holes, pivots.center_m)[0]
+    for _ in range(PASSES):
+        moved = (holes - holes.mean(axis=0))[which] @ board_turn.T
+        columns = [-p @ SHARES[name].T for name in SIX] + [turns[:, :, n] for n in range(3)]
+        columns += [np.tile(-np.eye(3)[n], (len(p), 1)) for n in range(3)] + [-np.cross(np.eye(3)[n], moved) for n in range(3)]
+        design = np.stack([column.ravel() for column in columns], axis=1)
+        if np.linalg.svd(design / np.linalg.norm(design, axis=0), compute_uv=False)[-1] < LEAST_DETERMINED * np.sqrt(len(p)):
+            return None
+        x, squares, *_ = np.linalg.lstsq(design, (moved - p).ravel(), rcond=None)
+        from scipy.spatial.transform import Rotation
+
+        board_turn = Rotation.from_rotvec(x[-3:]).as_matrix() @ board_turn
+    without = np.eye(3) - sum(value * SHARES[name] for value, name in zip(x, SIX))
+    found = _bench_pivot.solve(dataclasses.replace(poses, position_m=poses.position_m @ without.T), pivots.segments)
+    if found.residual_rms_m > LESS * pivots.residual_rms_m:
+        return None
+    std = np.sqrt(np.diag(np.linalg.inv(design.T @ design))[:len(SIX)] * squares[0] / (design.shape[0] - design.shape[1]))
+    deviations = {**dict(zip(SIX, std)), "scale": float(np.linalg.norm(std[:3]) / 3)}
+    return found.center_m @ np.linalg.inv(without).T, found.tip_m, deviations
+
+
+def _in_divots(poses, pivots):
+    """Positions about their mean, attitudes, and the divot, of the poses that pivots used."""
+    rows = [np.arange(one.begin, one.end)[good] for one, good in zip(pivots.segments, pivots.used)]
+    which = np.repeat(np.arange(len(rows)), list(map(len, rows)))
+    rows = np.concatenate(rows)
+    return poses.position_m[rows] - poses.position_m[rows].mean(axis=0), matrices(poses)[rows], which
+
+
 def board_axis(name: str, turn: NDArray) -> str | None:
     """Axis of the board that is parallel to the axis of a scale; None: there is none."""
     if not name.startswith("scale "):
@@ -136,12 +177,15 @@ def repeatability(points, which) -> float | None:
     return float(np.sqrt(squares / free)) if free else None
 
 
-def compare(points: NDArray, board, which: NDArray, pivots=None) -> dict:
-    """Points against their holes. Lengths in m; strains: measured over true length, minus 1."""
+def compare(points: NDArray, board, which: NDArray, pivots=None, poses: Poses | None = None) -> dict:
+    """Points against their holes. Lengths in m; strains: measured over true length, minus 1. pivots: of poses, that gave the points."""
     holes = board.position_m[which]
     plain, best = explained(points, holes)
-    every = fit(points, holes, tuple(name for name in SHARES if name != "scale"))
-    strains = [{"name": name, "value": float(best.values[name]), "std": float(best.std[name]), "board_axis": board_axis(name, best.turn)} for name in best.values]
+    seen = of_sensor(poses, holes, pivots) if pivots is not None and plain.rms_m > LEAST_M else None
+    if seen is not None:
+        best = explained(seen[0], holes)[1]
+    every = fit(points if seen is None else seen[0], holes, SIX)
+    strains = [{"name": name, "value": float(best.values[name]), "std": float(np.hypot(best.std[name], 0 if seen is None else seen[2][name])), "board_axis": board_axis(name, best.turn)} for name in best.values]
     result = {
         "board": board.name,
         "holes": [board.names[n] for n in which],
@@ -152,6 +196,7 @@ def compare(points: NDArray, board, which: NDArray, pivots=None) -> dict:
         "strains": strains,
         "explained_rms_m": best.rms_m,
         "affine": None if every is None else {name: {"value": float(every.values[name]), "std": float(every.std[name])} for name in every.values},
+        "tip_without_strain_m": seen[1].tolist() if seen is not None and strains else None,
         "tip_shift": None,
     }
     moved = fit(points, holes, (), pivots.turn) if pivots is not None else None

@@ -31,25 +31,25 @@ def is_hinge(turn) -> bool:
     return bool(angle.std() > LEAST_TURN_RAD and wobble < min(LARGEST_WOBBLE * angle.std(), LARGEST_WOBBLE_RAD))
 
 
-def arm_of(turn, position_m, axis, own):
-    """Vector from the sensor to the axis (sensor frame, at right angles to it), and residuals (N, 3)."""
+def point_of(turn, position_m, axis, own):
+    """Point of the axis that is next to the circle of the sensor."""
     rows = np.concatenate((turn, np.tile(-np.eye(3), (len(turn), 1, 1))), axis=2)
     normal = np.einsum("nij,nik->jk", rows, rows)
     side = -np.einsum("nij,ni->j", rows, position_m)
     x = np.linalg.lstsq(normal, side, rcond=1e-4)[0]
-    arm = x[:3] - own * (own @ x[:3])
-    point = x[3:] - axis * (own @ x[:3])
-    return arm, point, position_m + turn @ arm - point
+    return x[3:] - axis * (own @ x[:3])
 
 
 def hinge(poses: Poses, segment: Segment) -> dict:
     """Axis (frame of the file), its wobble, and the position's deviation from the circle. Lengths in m, angles in rad."""
     turn, position_m = matrices(poses)[segment.rows], poses.position_m[segment.rows]
     axis, own, angle = axis_of(turn)
-    arm, point, left = arm_of(turn, position_m, axis, own)
+    point = point_of(turn, position_m, axis, own)
     tilt = turn @ own - axis
     means = np.array([(turn[block] @ own).mean(axis=0) for block in np.array_split(np.arange(len(turn)), min(BLOCKS, len(turn)))])
-    axial = left @ axis
+    arm = position_m - point
+    axial = arm @ axis
+    radius = np.linalg.norm(arm - axial[:, None] * axis, axis=1)
     return {
         "from_s": float(poses.time_s[segment.begin] - poses.time_s[0]),
         "to_s": float(poses.time_s[segment.end - 1] - poses.time_s[0]),
@@ -59,9 +59,9 @@ def hinge(poses: Poses, segment: Segment) -> dict:
         "axis_std_rad": float(np.linalg.norm(means.std(axis=0, ddof=1)) / np.sqrt(len(means))),
         "wobble_rms_rad": float(np.sqrt(np.mean(np.sum(tilt**2, axis=1)))),
         "point_m": point.tolist(),
-        "radius_m": float(np.linalg.norm(arm)),
+        "radius_m": float(radius.mean()),
         "axial_rms_m": float(axial.std()),
-        "radial_rms_m": float(np.sqrt(np.mean(np.sum((left - axial[:, None] * axis) ** 2, axis=1)))),
+        "radial_rms_m": float(radius.std()),
     }
 
 

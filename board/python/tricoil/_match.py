@@ -14,6 +14,8 @@ from ._rotation import rotations
 
 FEWEST = 20
 MOST_FITTED = 4000  # poses that the fit uses
+SKEW_S = 6e-3  # between the first and the last column of a slow tracker
+SLOWEST_M = 3e-4  # error between samples that a reference may have
 SAME = 0.85  # correlation of the speeds of one motion, in frames that do not fit
 
 
@@ -63,8 +65,10 @@ def explained(pair, fit, rows):
     share = 1 - np.median(np.linalg.norm(r, axis=1)) / max(np.median(spread), 1e-9)
     if r_turn is None:
         return share, None
-    if np.median(spread) < 5 * np.sqrt(pair.tracker.noise_m2) or np.median(spread) < 1e-3:
-        share = None  # it turns in place
+    rate_rad_s = np.linalg.norm(pair.motion(a, pair.poses.time_s[rows])[1], axis=1)
+    turning_m = np.median(rate_rad_s * np.linalg.norm(p, axis=1)) * SKEW_S
+    if np.median(spread) < max(5 * np.sqrt(pair.tracker.noise_m2), 1e-3, turning_m):
+        share = None  # it turns in place: the positions are noise and motion error
     turn = rotations(pair.poses.quaternion_wxyz[rows])
     away = (turn * turn.mean().inv()).magnitude()
     return share, 1 - np.median(np.linalg.norm(r_turn, axis=1)) / max(np.median(away), 1e-9)
@@ -88,15 +92,24 @@ def check_motion(poses, path, what):
         raise PoseError(f"{poses.name}: {path.coverage():.2f} s of motion without a gap; at least 1 s is needed")
 
 
-def between_samples_m(pair):
-    """RMS error of a curve through samples of the tracker's path at the rate of the reference: what the reference cannot follow."""
+def between_samples_m(pair, a=None):
+    """RMS error of a curve through samples of the tracker's path at the rate of the reference: what the reference cannot follow.
+
+    a: an alignment, with which the path is that of the body that the reference follows.
+    """
+    lever_m = np.zeros(3) if a is None or not pair.tracker.has_attitude else a.mount.inv().apply(a.mount_m)
+
+    def path(time_s):
+        p = pair.tracker.p(time_s)
+        return p - pair.tracker.turn(time_s).apply(lever_m) if lever_m.any() else p
+
     interval_s = pair.reference.interval_s
     t = np.arange(pair.tracker.time_s[0], pair.tracker.time_s[-1], interval_s)
     if len(t) < FEWEST:
         return float("inf")
     middle = t[2:-3] + interval_s / 2
     middle = middle[pair.tracker.covers(middle, 2 * interval_s) & pair.tracker.covers(middle + 2 * interval_s)]
-    error = CubicSpline(t, pair.tracker.p(t))(middle) - pair.tracker.p(middle)
+    error = CubicSpline(t, path(t))(middle) - path(middle)
     return float(np.sqrt(np.mean(np.sum(error**2, axis=1)))) if len(middle) else 0.0
 
 
@@ -148,12 +161,12 @@ def fitted(poses, reference, start_s, same_clock, option):
         wide, _ = aligned(pair, None, range_s, rows)
         if fits_well(pair, wide, rows):
             raise PoseError(f"{option}: cannot be right; the motions agree at {wide.alignment.offset_s - start_s:+.3f} s from it. Leave it out, and the offset is searched")
-    between_m = between_samples_m(pair)
+    between_m = between_samples_m(pair, None if fit is None else fit.alignment)
     slow = f"{reference.name}: is slower than the motion: between its samples it is wrong by {1e3 * between_m:.1f} mm; record the reference at a higher rate"
     if not good:
         reason = slow if between_m > 5e-3 else why_not(pair, at, reference, rows) if fit is not None and highest > SAME else None
         raise PoseError(reason or f"{poses.name} and {reference.name} do not hold the same motion: the highest correlation of their speeds is {max(highest, 0):.2f}"
                         + (", and the positions do not agree there" if fit is not None else ""))
-    if between_m > max(1e-3, 0.8 * fit.sigma_m, 3 * np.sqrt(pair.tracker.noise_m2)):
+    if between_m > max(SLOWEST_M, 0.8 * fit.sigma_m, 3 * np.sqrt(pair.tracker.noise_m2)):
         raise PoseError(slow)
     return pair, rows, fit

@@ -20,7 +20,7 @@ UNITS = {**LENGTH_NAMES, **TIME_NAMES, **ANGLE_NAMES}
 
 PLACE = r"(?:pos|position|p|t|trans|translation|location|pose[._]position|pose[._]pose[._]position)"
 TURN = r"(?:q|quat|quaternion|rot|rotation|orientation|pose[._]orientation|pose[._]pose[._]orientation)"
-EULER = {"azimuth": 0, "az": 0, "yaw": 0, "psi": 0, "elevation": 1, "el": 1, "pitch": 1, "theta": 1, "roll": 2, "phi": 2}
+EULER = {"azimuth": 0, "az": 0, "yaw": 0, "psi": 0, "elevation": 1, "el": 1, "pitch": 1, "theta": 1, "roll": 2, "ro": 2, "phi": 2}
 TIMES = r"time|t|timestamp|time[._ ]?stamp|unix[._ ]?time|utc|clock|date[._ ]?time|elapsed(?:[._ ]time)?|header[._]stamp"
 FRAMES = r"frame|frame[._ ]?(?:number|no|id|index|#)?|sample|sample[._ ]?(?:number|no)|fno|index"
 SENSORS = r"sensor|station|tool|tools|body|rigid[._ ]?body|handle|port|device|marker|sensor[._ ]?(?:id|number|no|name)"
@@ -71,12 +71,22 @@ class Columns:
             if role is None:
                 continue
             if role in self.of and role[0] in ("time", "frame", "sensor", "valid"):
-                if role == ("time",) and unit and not self.unit[role]:
+                is_nearer = role == ("time",) and unit and not self.unit[role]
+                if is_nearer or role == ("sensor",) and name.strip().lower().startswith(("sensor", "station")):
                     self.of[role], self.unit[role] = n, unit
                 continue
             if role in self.of:
                 raise PoseError(f"{table.name}: columns {table.columns[self.of[role]]} and {name} have the same meaning; remove one")
             self.of[role], self.unit[role] = n, unit
+        self.angles_by_axis()
+
+    def angles_by_axis(self):
+        """rotation_x to rotation_z, or orientation_x to orientation_z, without a w are three angles."""
+        of = {role: n for role, n in self.of.items() if role[0] == "quaternion"}
+        if set(of) != {("quaternion", axis) for axis in "xyz"} or any(self.table.columns[n].strip().lower().startswith("q") for n in of.values()):
+            return
+        for n, axis in enumerate("xyz"):
+            self.of["turn", n], self.unit["turn", n] = self.of.pop(("quaternion", axis)), self.unit.pop(("quaternion", axis))
 
     def has(self, *role):
         return role in self.of
@@ -151,7 +161,7 @@ def times(table, columns, time_unit, rate_hz):
     if columns.has("time"):
         n = columns.of[("time",)]
         texts = table.fields[n]
-        if texts and re.match(r"[0-9]{4}-[0-9]{2}-[0-9]{2}", texts[0]):
+        if texts and re.match(r"[0-9]+[-:/.][0-9]+[-:/.][0-9]", texts[0]):
             agreed_unit(table, "--time-unit", time_unit, "dates", n)
             return iso_times(table, n)
         numbers = table.numbers(n)
@@ -195,13 +205,14 @@ def iso_times(table, column):
     seconds = []
     for row, text in enumerate(table.fields[column]):
         try:
-            whole, _, rest = re.fullmatch(r"([^.,]*)([.,]?)(.*)", text.replace("Z", "+00:00")).groups()
+            day = "1970-01-01T" + "0" * (text.find(":") == 1) if re.match(r"[0-9]{1,2}:", text) else ""  # a time of the day
+            whole, _, rest = re.fullmatch(r"([^.,]*)([.,]?)(.*)", day + text.replace("Z", "+00:00")).groups()
             fraction = re.match(r"[0-9]*", rest)[0]
             moment = datetime.datetime.fromisoformat(whole.replace(" ", "T", 1) + rest[len(fraction):])
             moment = moment if moment.tzinfo else moment.replace(tzinfo=datetime.timezone.utc)
             seconds.append(moment.timestamp() + float("0." + (fraction or "0")))
         except ValueError:
-            raise PoseError(f"{table.where(row)}: '{text[:32]}' in column {table.columns[column]} is no ISO time (2025-11-28T10:00:00.5Z)") from None
+            raise PoseError(f"{table.where(row)}: '{text[:32]}' in column {table.columns[column]} is no time of the day (10:00:00.5) and no ISO time (2025-11-28T10:00:00.5Z)") from None
     return np.array(seconds)
 
 
@@ -238,6 +249,9 @@ def rotation_columns(columns, rotation):
         if kind == "turn" and rotation in (None, "wxyz", "xyzw"):
             raise PoseError(f"{table.name}: columns {', '.join(table.columns[n] for n in found)}: say how they turn with --rotation: rotvec, polhemus or axes such as ZYX")
         return {"vector": "rotvec", "euler": "ZYX", "turn": "ZYX" if rotation == "polhemus" else rotation}[kind], found
+    some = [table.columns[n] for role, n in columns.of.items() if role[0] in ("vector", "euler", "turn")]
+    if some:
+        raise PoseError(f"{table.name}: of three angles there is only {', '.join(some)}; name all three, for example azimuth, elevation and roll, or rename what is none")
     return None, []
 
 

@@ -62,15 +62,17 @@ def motive(data, name, sensor):
     rows = [split(line, ",") for line in lines]
     meta = dict(zip(rows[0][::2], rows[0][1::2]))
     units = {"meters": "m", "centimeters": "cm", "millimeters": "mm"}.get(meta.get("Length Units", "").lower())
-    if units is None:
-        raise PoseError(f"{name}:1: Length Units must be Meters, Centimeters or Millimeters; is '{meta.get('Length Units', '')}'")
-    head = next((n for n, fields in enumerate(rows[:20]) if fields[:1] == ["Frame"]), None)
-    if head is None or head < 4:
+    if units is None and "Length Units" in meta:  # versions before 1.2 do not name it
+        raise PoseError(f"{name}:1: Length Units must be Meters, Centimeters or Millimeters; is '{meta['Length Units']}'")
+    first = next((n for n, fields in enumerate(rows[:20]) if fields[0].isdigit()), 20)
+    head = next((n for n, fields in enumerate(rows[:20]) if fields[:1] == ["Frame"]), first - 1)
+    if head < 4 or head >= len(rows) or first == 20 and rows[head][0] != "Frame":
         raise PoseError(f"{name}: no line that begins with Frame; export from Motive with its header")
     width = max(2, *map(len, rows[:head + 1]))
     above = [fields + [""] * (width - len(fields)) for fields in rows[:head + 1]]
     axes = above.pop()
-    names = next(fields for fields in above if len(fields) > 1 and fields[1] == "Name") if any(f[1:2] == ["Name"] for f in above) else []
+    header = [fields for fields in above[1:] if any(fields)]  # types, names, identifiers, also parents, then kinds
+    names = next((fields for fields in header if fields[1] == "Name"), header[1] if len(header) > 3 and not header[1][1] else [])
     kinds = above[-1]
     if not names:
         raise PoseError(f"{name}: no line of names; export from Motive with its header")
@@ -98,9 +100,13 @@ def ndi(data, name, sensor):
     separator = separator_of(lines[0][1])
     names = [text.lower() for text in split(lines[0][1], separator)]
     starts = [n for n, text in enumerate(names) if text == "q0"]
-    tools = [str(n + 1) for n in range(len(starts))]
+    frames = [max((n for n in range(start) if names[n] == "frame"), default=0) for start in starts]
+    titles = split(lines[0][1], separator)
+    tools = [titles[n - 1] for n in frames]
+    if len(set(tools)) < len(tools) or 0 in frames:
+        tools = [str(n + 1) for n in range(len(starts))]
     tool = chosen(tools, sensor, name, "tools")
-    start = starts[int(tool) - 1]
+    start = starts[tools.index(tool)]
     wanted = ("q0", "qx", "qy", "qz", "tx", "ty", "tz")
     if names[start:start + 7] != list(wanted):
         raise PoseError(f"{name}:1: the columns of a tool must be Q0, Qx, Qy, Qz, Tx, Ty, Tz")

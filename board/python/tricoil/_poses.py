@@ -101,11 +101,15 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
     if deviation is not None:
         refuse((deviation < 0).any(axis=1), "a standard deviation is negative")
         refuse(((deviation > LARGEST_M) & np.isfinite(deviation)).any(axis=1), f"a standard deviation is larger than {LARGEST_M:g}; correct it, or the unit")
+    parts = position_m if q is None else np.hstack((position_m, q))
+    is_repeated = (parts[1:] == parts[:-1]).all(axis=1)
     step = np.diff(time_s)
+    if np.mean(is_repeated[step == 0]) < 0.5 if (step == 0).any() else len(step):
+        time_s, notes = without_bursts(time_s, position_m, name, notes)
+        step = np.diff(time_s)
     same = step == 0
     if same.any():
-        parts = position_m if q is None else np.hstack((position_m, q))
-        same &= (parts[1:] == parts[:-1]).all(axis=1)
+        same &= is_repeated
         keep = np.append(True, ~same)
         kept = np.flatnonzero(keep)
         time_s, position_m, q = time_s[keep], position_m[keep], None if q is None else q[keep]
@@ -133,6 +137,17 @@ def checked(time_s, position_m, quaternion_wxyz, name: str, where, notes=(), *, 
     return Poses(time_s, position_m, q, name, tuple(notes), deviation=None if deviation is None else deviation[kept])
 
 
+def without_bursts(time_s, position_m, name, notes):
+    """Times, and notes, of rows that arrived in bursts, with their own clock. Raises PoseError."""
+    from ._pose_clock import of_bursts
+
+    try:
+        found = of_bursts(time_s, position_m)
+    except ValueError as error:
+        raise PoseError(f"{name}: {error}") from None
+    return (time_s, notes) if found is None else (found[0], [*notes, found[1]])
+
+
 def read_poses(
     path: str | os.PathLike,
     *,
@@ -153,7 +168,7 @@ def read_poses(
     columns: names, in a list or separated by commas, of a table without a line of names; "polhemus" is sensor,x,y,z,azimuth,elevation,roll.
 
     Rows with empty fields, or that are marked invalid, are left out and counted in Poses.notes. Raises ValueError with file, line and column
-    for anything else, and OSError if the file cannot be read.
+    for anything else, and OSError if the file cannot be read. Rows that arrived in bursts get the times of the tracker's even clock.
     """
     from ._command import own_names
 

@@ -40,8 +40,14 @@ def resampled(time_s, *values):
 
 
 def interval(ratio):
-    """95 % interval of a bootstrap."""
-    return [float(v) for v in np.percentile(ratio, (2.5, 97.5))]
+    """95 % interval of a bootstrap; None if the poses are in too few blocks for it: resamples without any of them are NaN."""
+    known = ratio[np.isfinite(ratio)]
+    return [float(v) for v in np.percentile(known, (2.5, 97.5))] if len(known) > 0.95 * len(ratio) else None
+
+
+def of_blocks(squares, counts):
+    """RMS of each resample; NaN where it has no pose."""
+    return np.sqrt(np.divide(squares, counts, out=np.full(len(counts), np.nan), where=counts > 0))
 
 
 def outliers(r, predicted, sigma):
@@ -139,7 +145,7 @@ def bands(e, ok):
             squares, counts = resampled(e.time_s, np.where(rows, left, 0), rows.astype(float))
             band = {"from": low, "to": None if np.isinf(high) else high, "poses": int(rows.sum()), "position_rms_m": rms(e.measured_m[rows]),
                     "predicted_rms_m": float(np.sqrt(predicted[rows].mean())), "left_rms_m": float(np.sqrt(left[rows].mean())),
-                    "left_interval_m": interval(np.sqrt(squares / np.maximum(counts, 1))),
+                    "left_interval_m": interval(of_blocks(squares, counts)),
                     "orientation_rms_deg": None if e.orientation_rad is None else float(np.degrees(rms(e.orientation_rad[rows])))}
             out[name].append(band)
     out["direction"] = []
@@ -148,7 +154,7 @@ def bands(e, ok):
         one = np.where(ok, np.sum(e.left_m * unit, axis=1), 0)
         full = np.where(ok, np.sum(e.measured_m * unit, axis=1), 0)
         squares, counts = resampled(e.time_s, one**2, ok.astype(float))
-        out["direction"].append({"name": name, "position_rms_m": rms(full[ok]), "left_rms_m": rms(one[ok]), "left_interval_m": interval(np.sqrt(squares / counts))})
+        out["direction"].append({"name": name, "position_rms_m": rms(full[ok]), "left_rms_m": rms(one[ok]), "left_interval_m": interval(of_blocks(squares, counts))})
     return out
 
 
@@ -206,7 +212,7 @@ def verified(poses: Poses, reference: Poses, *, time_offset: float | None = None
         "reference_deviation_m": float(np.sqrt(reference2[ok].mean())),
         "time_offset_s": float(a.offset_s + apart), "time_offset_at_s": float(a.middle_s + begin_t), "clock_rate_ppm": float(1e6 * a.rate),
         "clock_rate_std_ppm": float(1e6 * chosen.deviations[_align.RATE]),
-        "lag_s": float(start_s - a.offset_s + a.rate * a.middle_s) if same_clock else None, "lag_std_s": float(chosen.deviations[_align.OFFSET]) if same_clock else None,
+        "lag_s": float(start_s - a.offset_s + a.rate * a.middle_s) if same_clock else None, "lag_std_s": float(np.hypot(chosen.deviations[_align.OFFSET], a.middle_s * chosen.deviations[_align.RATE])) if same_clock else None,
         "multiplexing": multiplexing(fits, name), "slot_s": slot_s, "slot_std_s": None if slot_deviation is None else float(slot_deviation),
         "scale_factor": float(a.scale), "scale_factor_std": float(chosen.deviations[_align.SCALE]),
         "motion_error_m": float(np.sqrt(max(motion2, 0))), "predicted_rms_m": rms(e.predicted_m[ok]), "left_rms_m": rms(e.left_m[ok]),
