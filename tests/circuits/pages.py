@@ -7,14 +7,12 @@ import re
 import budget
 import checks
 import coil_drawings
-import drawings
 import formers
 import netlist
+import schematics
 import spice
 from spice import CIRCUITS
 from winding import Triads
-
-DRAWINGS = {**drawings.DRAWINGS, **coil_drawings.DRAWINGS}
 
 BOARD = os.path.dirname(CIRCUITS)
 PLACE = re.compile(r"(<!-- table (\w+) -->\n)(.*?)(<!-- end -->)", re.S)
@@ -183,7 +181,8 @@ def _bill_errors():
 
 
 def _files(results):
-    drawn = [(name, draw().svg()) for name, draw in DRAWINGS.items()]
+    drawn = [(name, draw().svg()) for name, draw in coil_drawings.DRAWINGS.items()]
+    drawn += [(name, sheet.svg()) for name, sheet in schematics.sheets(netlist.parts()).items()]
     return [*drawn, ("formers.scad", formers.model(Triads())), ("limits.csv", limits(results)),
             ("board.net", netlist.kicad(netlist.parts()))]
 
@@ -204,7 +203,7 @@ def stale(results):
             if file.read() != content:
                 found.append(name)
     wrong = [f"{name} is not current: tests/circuits/run update" for name in found]
-    return wrong + _bill_errors() + netlist.errors(netlist.parts()) + [f"table {name} is in no page" for name in TABLES if name not in used]
+    return wrong + _bill_errors() + netlist.errors(netlist.parts()) + schematics.errors_of(netlist.parts()) + [f"table {name} is in no page" for name in TABLES if name not in used]
 
 
 def rewrite(results):
