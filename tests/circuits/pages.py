@@ -7,14 +7,12 @@ import re
 import budget
 import checks
 import coil_drawings
-import drawings
 import formers
 import netlist
+import schematics
 import spice
 from spice import CIRCUITS
 from winding import Triads
-
-DRAWINGS = {**drawings.DRAWINGS, **coil_drawings.DRAWINGS}
 
 BOARD = os.path.dirname(CIRCUITS)
 PLACE = re.compile(r"(<!-- table (\w+) -->\n)(.*?)(<!-- end -->)", re.S)
@@ -32,12 +30,6 @@ def ranges(r):
                           f"1/{1 / r[f'range.drive_{cm}']:.0f}", f"{r[f'range.gain_{cm}']:.0f}", f"{r[f'range.converter_{cm}_v']:.2f}",
                           f"{r[f'range.snr_{cm}_db']:.1f}", *(f"{r[f'budget.{what}_{cm}_mm']:.2f}" for what in ("noise", "total", "plain"))]
                          for cm in (15, 30, 60, 75, 90, 120)])
-
-
-def promise(r):
-    rows = [[f"{cm / 100:.1f}", f"{r[f'range.snr_{cm}_db']:.0f}", f"{r[f'budget.noise_{cm}_mm']:.2f}", f"{r[f'budget.total_{cm}_mm']:.2f}"]
-            for cm in (30, 60, 90, 120)]
-    return _table(["range, m", "signal to noise, dB", "error from noise, mm", "from all analog causes, mm"], rows)
 
 
 def modes(r):
@@ -125,18 +117,58 @@ def fields(r):
                    "general public", "occupational"], rows)
 
 
+def _resistors():
+    """Ohms of the resistors of netlist.csv by designator."""
+    pattern = re.compile(r"([0-9.]+) (k|)ohm")
+    found = {part.designator: pattern.fullmatch(part.value) for part in netlist.parts() if part.designator[0] == "R"}
+    return {name: float(match[1]) * (1e3 if match[2] else 1) for name, match in found.items() if match}
+
+
+def dc(r):
+    """Voltages at the test points, from dividers and feedback of the netlist."""
+    ohm = _resistors()
+    supply, digital, analog = spice.value("power_stage.cir", "vs"), spice.value("supply_start.cir", "vreg"), 5.0
+    avdd = 2 * budget.HALF_SUPPLY_V
+    bias = avdd * ohm["R692"] / (ohm["R691"] + ohm["R692"])
+    reference = avdd * ohm["R408"] / (ohm["R407"] + ohm["R408"])
+    rows = [("TP901 V+", supply, 0.02), ("TP902 V-", -supply, 0.02), ("TP903 V_DIG", digital - supply, 0.04), ("TP904, analog", analog, 0.03),
+            ("TP905, analog", -analog, 0.03), ("TP906 AVDD", avdd, 0.02), ("TP401 reference", reference * (1 + 3 * ohm["R405"] / ohm["R401"]), 0.03),
+            ("TP611, TP621, TP631 sensor", bias * (1 + ohm["R615"] / ohm["R614"]), 0.03), ("TP502 COOL", r["flag.cool_v"], 0.03)]
+    return _table(["test point", "V", "within, V"], [[name, f"{volts:.2f}", f"{abs(volts) * share:.2f}"] for name, volts, share in rows])
+
+
+PLACE_OF_CHECK_M = (0.3, 0.1, -0.05)  # of the sensor, source frame, axes parallel
+MEASURING = os.path.join(BOARD, "measuring.hpp")
+
+
+def expected_couplings():
+    """At that place, by sensor coil and source coil: C / r^3 (1.5 u u^T - 0.5), the firmware's constant and moments."""
+    with open(MEASURING) as file:
+        text = file.read()
+    constant = float(re.search(r"kCouplingConstant = ([0-9.]+)F", text)[1])
+    moments = [float(number) for number in re.search(r"kMoments\{(.*?)\}", text)[1].replace("F", "").split(",")]
+    distance = math.hypot(*PLACE_OF_CHECK_M)
+    u = [x / distance for x in PLACE_OF_CHECK_M]
+    return [[constant * moments[j] / distance**3 * (1.5 * u[i] * u[j] - 0.5 * (i == j)) for j in range(3)] for i in range(3)]
+
+
+def expected(r):
+    x = expected_couplings()
+    return _table(["", "C1", "C2", "C3"], [[f"S{j + 1}", *(f"{x[i][j]:+.2f}" for i in range(3))] for j in range(3)])
+
+
 def limits(r):
     """limits.csv"""
     rows = [f"{c.result},{r[c.result]:.4g},{c.limit()},{' '.join(f'{k}={v}' for k, v in c.wrong.items())}" for c in checks.CHECKS]
     return "\n".join(["result,value,limit,a part that breaks it", *rows]) + "\n"
 
 
-TABLES = {table.__name__: table for table in (ranges, promise, modes, causes, coils, drive, heat, preamplifier, densities, fields)}
+TABLES = {table.__name__: table for table in (ranges, modes, causes, coils, drive, heat, preamplifier, densities, fields, dc, expected)}
 
 
 def _pages():
     yield os.path.join(BOARD, "HARDWARE.md")
-    yield os.path.join(BOARD, "..", "..", "drivers", "FOR-HARDWARE-BUILDERS.md")
+    yield os.path.join(BOARD, "BRING-UP.md")
     for name in sorted(os.listdir(CIRCUITS)):
         if name.endswith(".md"):
             yield os.path.join(CIRCUITS, name)
@@ -183,7 +215,8 @@ def _bill_errors():
 
 
 def _files(results):
-    drawn = [(name, draw().svg()) for name, draw in DRAWINGS.items()]
+    drawn = [(name, draw().svg()) for name, draw in coil_drawings.DRAWINGS.items()]
+    drawn += [(name, sheet.svg()) for name, sheet in schematics.sheets(netlist.parts()).items()]
     return [*drawn, ("formers.scad", formers.model(Triads())), ("limits.csv", limits(results)),
             ("board.net", netlist.kicad(netlist.parts()))]
 
@@ -204,7 +237,7 @@ def stale(results):
             if file.read() != content:
                 found.append(name)
     wrong = [f"{name} is not current: tests/circuits/run update" for name in found]
-    return wrong + _bill_errors() + netlist.errors(netlist.parts()) + [f"table {name} is in no page" for name in TABLES if name not in used]
+    return wrong + _bill_errors() + netlist.errors(netlist.parts()) + schematics.errors_of(netlist.parts()) + [f"table {name} is in no page" for name in TABLES if name not in used]
 
 
 def rewrite(results):

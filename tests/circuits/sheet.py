@@ -11,6 +11,8 @@ STYLE = """
 .h { font-size: 18px; font-weight: bold; fill: #111 }
 .o { font-size: 11px; font-weight: bold; fill: #111 }
 .t { font-size: 12px; font-weight: bold; fill: #111 }
+.s { font-size: 10px; fill: #4a5a6a }
+.f { font-size: 12px; font-weight: bold; fill: #0b4f8a }
 """
 
 LEFT = 40  # room to the left of x = 0
@@ -77,14 +79,6 @@ class Sheet:
             self.wire((mx + s * ux - 13 * uy, my + s * uy - 13 * ux), (mx + s * ux + 13 * uy, my + s * uy + 13 * ux))
         self._label(a, b, words, side, "capacitor")
 
-    def inductor(self, a, b, words, side="right"):
-        mx, my, ux, uy = self._leads(a, b, 28)
-        d = f"M{mx - 28 * ux} {my - 28 * uy}"
-        for k in range(4):
-            d += f" a7 7 0 0 1 {14 * ux} {14 * uy}"
-        self._path(d)
-        self._label(a, b, words, side)
-
     def diode(self, anode, cathode, words="", side="right", schottky=False):
         mx, my, ux, uy = self._leads(anode, cathode, 8)
         tip, base = (mx + 8 * ux, my + 8 * uy), (mx - 8 * ux, my - 8 * uy)
@@ -123,11 +117,6 @@ class Sheet:
         self._path(f"M{x + 30} {y + 20} l-4 -8 l-5 6 z", "d")
         self.text(x + 38, y + 4, words, "t")
 
-    def gate(self, x, y, words):
-        """AND gate; inputs at (x, y -12, y, y + 12), output at (x + 62, y)."""
-        self._path(f"M{x} {y - 24} h34 a24 24 0 0 1 0 48 h-34 z", "p")
-        self.text(x + 6, y + 4, words, "t")
-
     def ground(self, x, y):
         self.wire((x, y), (x, y + 8))
         for half, low in ((12, 8), (8, 12), (4, 16)):
@@ -137,24 +126,6 @@ class Sheet:
         s = 1 if down else -1
         self.wire((x, y), (x, y + 8 * s), (x - 10, y + 8 * s), (x + 10, y + 8 * s))
         self.text(x, y + (22 if down else -13), words, "t", "middle")
-
-    def port(self, x, y, words, left=True):
-        self.parts.append(f'<circle class="p" cx="{x}" cy="{y}" r="4"/>')
-        self.text(x - 9 if left else x + 9, y + 4, words, "t", "end" if left else "start")
-
-    def box(self, x, y, w, h, title, pins=()):
-        """pins: (side l|r|t|b, offset, name); a pin's wire ends at the edge."""
-        self.parts.append(f'<rect class="b" x="{x}" y="{y}" width="{w}" height="{h}" rx="3"/>')
-        self.text(x + w / 2, y + h / 2 + 4 - 7.5 * title.count("\n"), title, "t", "middle")
-        for side, offset, name in pins:
-            if side == "l":
-                self.text(x + 5, y + offset + 4, name)
-            elif side == "r":
-                self.text(x + w - 5, y + offset + 4, name, anchor="end")
-            elif side == "t":
-                self.text(x + offset, y + 15, name, anchor="middle")
-            else:
-                self.text(x + offset, y + h - 6, name, anchor="middle")
 
     def note(self, x, y, words):
         self.text(x, y, words, "n")

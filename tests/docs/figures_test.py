@@ -15,7 +15,7 @@ import sys
 import tomllib
 
 ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-PAGES = ("README.md", "board/ACCURACY.md", "board/nucleo_g474re/HARDWARE.md")
+PAGES = ("README.md", "board/ACCURACY.md", "board/nucleo_g474re/HARDWARE.md", "board/nucleo_g474re/BRING-UP.md")
 TESTED_TABLES = ("| pin | connection |", "| conversions a sample |")  # tests/stm32g4/hardware_page_test.cpp
 NUMBER = re.compile(r"(?<![\w.:+^])\d+(?:,\d{3})*(?:\.\d+)?(?!\w)")
 

@@ -124,6 +124,7 @@ TEST(Accuracy, PickUpIsCalibrated) {
     const protocol::ModeRequest mode{240'000, Multiplexing::tdm, true};
     constexpr std::uint64_t kSeed = 1;
     BoardCircuit circuit = BoardCircuit::draw(kSeed);
+    circuit.pick_up = Mat3<double>::Zero();
     const host::CalibrationFile before = calibrate(circuit, mode, kSeed, kCalibrationRests);
     EXPECT_TRUE(before.calibration.pick_up.is_none());
     circuit.pick_up = drawn_pick_up(circuit, 4.2e-3);

@@ -24,6 +24,7 @@ from ._flags import Flag
 from ._generator import Generator, SensorCoil, planar_generator, read_generator
 from ._generator_motion import generator_motion_error
 from ._ground_truth import Truth, truth
+from ._hand_poses import hand_poses
 from ._model import COUPLING_CONSTANT, couplings, solve
 from ._motion import error_budget, motion
 from ._motion_along import motion_along
@@ -65,6 +66,7 @@ __all__ = [
     "error_budget",
     "evaluate",
     "generator_motion_error",
+    "hand_poses",
     "load",
     "motion",
     "motion_along",

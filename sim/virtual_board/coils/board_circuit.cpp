@@ -1,5 +1,6 @@
 #include "sim/virtual_board/coils/board_circuit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -25,7 +26,8 @@ constexpr double kPreamplifierMake = 2e-3;  // two ratios of 0.1 % resistors
 constexpr double kCornerMake = 10e-3;       // NP0 capacitors
 constexpr double kAngle_rad = 10e-3;        // between sensor coils
 constexpr double kStageMake = 5e-3;
-constexpr double kFillingMake = 0.2;  // resistor of the ladder, capacitor
+constexpr double kFillingMake = 0.2;        // resistor of the ladder, capacitor
+constexpr double kPickUp_v_per_a = 2.8e-6;  // 0.5 % of the largest coupling at 0.75 m, the limit at bring-up
 
 // Temperature coefficients, 1/K.
 constexpr double kSenseDrift = 15e-6;
@@ -108,14 +110,13 @@ BoardCircuit BoardCircuit::draw(std::uint64_t seed, double warmer_k) {
     reference.gain = circuit_result("reference.gain") / response_of_low_pass();
     reference.corner_hz = kCornerHz * parts.make(kCornerMake);
     reference.noise_v_per_sqrt_hz = circuit_result("reference.noise");
-    for (SensorAmplifier& amplifier : board.amplifiers) {
-        amplifier = SensorAmplifier(parts.random());
-    }
-    for (ConverterError& converter : board.converters) {
-        converter = seed != 0 ? ConverterError(parts.random()) : ConverterError();
-    }
+    std::ranges::generate(board.amplifiers, [&] { return SensorAmplifier(parts.random()); });
+    std::ranges::generate(board.converters, [&] { return seed != 0 ? ConverterError(parts.random()) : ConverterError(); });
     for (SensorAmplifier& amplifier : board.amplifiers) {
         amplifier.filling_s *= parts.make(kFillingMake);
+    }
+    for (Index k = 0; k < 9; ++k) {
+        board.pick_up(k / 3, k % 3) = parts.within(kPickUp_v_per_a);
     }
     return board;
 }

@@ -32,9 +32,8 @@ struct BoardCircuit {
     std::array<SensorAmplifier, kSensorCoils> amplifiers;  // on the chip
     std::array<ConverterError, kChannels> converters;
 
-    /// Board `seed`. Op-amps differ from board to board. Board 0 has exact converters, coils and resistors; those of the others
-    /// have errors within their tolerances. `warmer_k`: temperature above that of calibration; each part drifts with its own
-    /// coefficient.
+    /// Board `seed`: op-amps differ; of other boards than 0 also converters, coils, resistors and pick-up, within their
+    /// tolerances. `warmer_k`: temperature above that of calibration; each part drifts with its own coefficient.
     static BoardCircuit draw(std::uint64_t seed, double warmer_k = 0);
 };
 
