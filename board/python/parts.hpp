@@ -21,6 +21,7 @@ void add_generator(pybind11::module_& module);
 void add_run(pybind11::module_& module);
 void add_source(pybind11::module_& module);
 void add_solver(pybind11::module_& module);
+void add_surroundings(pybind11::module_& module);  // in builds with calibration
 void add_tracker(pybind11::module_& module);
 void add_motion(pybind11::module_& module);
 

@@ -58,6 +58,8 @@ void warn_of_lost_converters(const CalibrationFiles& files, const CalibrationFil
     }
 }
 
+}  // namespace
+
 std::string common_text(const Json& result) {
     std::string text =
         result.contains("pick_up")
@@ -70,6 +72,8 @@ std::string common_text(const Json& result) {
             : "";
     return text + warnings_text(result) + fill(result, "wrote {out}\n");
 }
+
+namespace {
 
 /// A kind as the last version spelled it, and today.
 struct OldKind {
@@ -235,11 +239,7 @@ calibration::Calibration<double> stored_board(const CalibrationFiles& files) {
     return stored;
 }
 
-int run_calibration(const CalibrationFiles& files, const std::function<CalibrationFile(CalibrationReport&)>& fit,
-                    std::string (*text)(const Json&)) {
-    check_files(files);
-    CalibrationReport report;
-    const CalibrationFile file = fit(report);
+void write_calibration(const CalibrationFiles& files, const CalibrationFile& file, CalibrationReport& report) {
     warn_of_lost_converters(files, file, report);
     write_files(files, file);
     if (const auto& pick_up = file.calibration.pick_up; !pick_up.is_none()) {
@@ -251,11 +251,44 @@ int run_calibration(const CalibrationFiles& files, const std::function<Calibrati
     }
     report.json["warnings"] = report.warnings;
     report.json["out"] = files.out;
+}
+
+int run_calibration(const CalibrationFiles& files, const std::function<CalibrationFile(CalibrationReport&)>& fit,
+                    std::string (*text)(const Json&)) {
+    check_files(files);
+    CalibrationReport report;
+    write_calibration(files, fit(report), report);
     print_text(files.json ? json_line(report.json, 2) + "\n" : text(report.json) + common_text(report.json));
     return to_int(ExitCode::fine);
 }
 
 // Options; the Python package reads the data.
+
+void add_surroundings_calibration(CLI::App* calibrate, Action& action) {
+    struct Command {
+        CalibrationFiles files;
+        std::optional<double> spacing_mm;
+        std::optional<GridSize> nodes;
+        std::optional<Vec3<double>> hemisphere;
+    };
+    auto c = std::make_shared<Command>();
+    CLI::App* const kind = add_kind(
+        calibrate, "surroundings", "Metal at rest relative to the source: virtual dipoles, added to the calibration of the coils",
+        c->files, "Couplings at stage poses, or with --spacing-mm of nodes of a grid on several levels");
+    wiring_file(kind, c->files.wiring);
+    add_coils(kind, c->files);
+    CLI::Option* const spacing = add_spacing(kind, c->spacing_mm);
+    add_nodes(kind, c->nodes)->needs(spacing);
+    add_hemisphere(kind, c->hemisphere)->needs(spacing);
+    kind->add_flag("--refit-fixtures")
+        ->description("Estimate the fixtures again, because the source or the sensor was moved on the stage");
+    add_out_and_blob(kind, c->files);
+    set_examples(kind, {{"couplings above a simulated metal table",
+                         "tricoil run --scenario table --fidelity columns --couplings soYoutZup_seYoutZup_table.csv"},
+                        {"the table, as virtual dipoles",
+                         "tricoil calibrate surroundings --calibration cal.toml --out room.toml soYoutZup_seYoutZup_table.csv"}});
+    kind->callback([c, kind, &action] { action = [c, kind] { return continue_in_python(*kind); }; });
+}
 
 void add_pivot_calibration(CLI::App* calibrate, Action& action) {
     auto c = std::make_shared<CalibrationFiles>();

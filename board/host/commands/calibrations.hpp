@@ -79,7 +79,11 @@ void add_fixture_names(CLI::App* kind, std::vector<std::string>& names);
 /// file has none.
 calibration::Calibration<double> stored_board(const CalibrationFiles& files);
 
-/// Makes the calibration, writes its files when all are complete, and prints the result. Returns the exit code.
+/// Writes the files of a calibration when all are complete, and completes its report. common_text(): its last lines.
+void write_calibration(const CalibrationFiles& files, const CalibrationFile& file, CalibrationReport& report);
+std::string common_text(const Json& result);
+
+/// Makes the calibration, writes its files, and prints the result. Returns the exit code.
 int run_calibration(const CalibrationFiles& files, const std::function<CalibrationFile(CalibrationReport&)>& fit,
                     std::string (*text)(const Json&));
 

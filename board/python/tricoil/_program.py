@@ -198,6 +198,14 @@ def pivot(options, files):
     put_result(result, as_json, _pivot.text(result), options.get("out"))
 
 
+def surroundings(options, files):
+    from tricoil import _surroundings
+
+    as_json = options.pop("json", False)
+    result, text = _surroundings.run(files, **options)
+    put_result(result, as_json, text, options["out"])
+
+
 def plot(options, files):
     from tricoil import _plot_command
     from tricoil._command import _words
@@ -226,7 +234,7 @@ def table(_, files):
 
 
 COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodulate": demodulate, "design": design, "evaluate": evaluate,
-            "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "table": table, "truth": truth,
+            "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "surroundings": surroundings, "table": table, "truth": truth,
             "wiring": wiring, **{name: of_generator(name) for name in ("simulate", "solve", "calibrate")}}
 WITHOUT_SCIPY = ("evaluate-picture", "figures", "plot", "table")
 
