@@ -190,7 +190,7 @@ class Command(FolderCase):
     def test_wrong_arguments(self):
         more = {"calibration": self.coils}
         for options, message in (({"nodes": (3, 3, 3)}, "nodes requires spacing_mm"), ({"hemisphere": (1, 0, 0)}, "hemisphere requires spacing_mm"),
-                                 ({"spacing_mm": 200, "hemisphere": (0, 0, 0)}, "not all zero"), ({"spacing_mm": 200, "nodes": (3, 3)}, "nodes needs 3 numbers"),
+                                 ({"spacing_mm": 200, "hemisphere": (0, 0, 0)}, "not all zero"), ({"spacing_mm": 200, "nodes": (3, 3)}, "nodes needs 3 whole numbers"), ({"spacing_mm": 200, "nodes": (3, 3, 0)}, "must be 1 to 1000"),
                                  ({"spacing_mm": 200, "refit_fixtures": True}, "remove refit_fixtures"), ({"spacing_mm": 5000}, "between 1 and 1000"),
                                  ({"model": "finite"}, "unknown option model")):
             with self.assertRaisesRegex(ValueError, message):

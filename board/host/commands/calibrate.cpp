@@ -158,19 +158,9 @@ CLI::App* add_kind(CLI::App* calibrate, const std::string& name, const std::stri
     return kind;
 }
 
-void add_out(CLI::App* kind, CalibrationFiles& files) {
-    kind->add_option("--out", files.out, "Calibration as TOML")->required()->type_name(kFileType);
-}
-
 void add_out_and_blob(CLI::App* kind, CalibrationFiles& files) {
-    add_out(kind, files);
+    kind->add_option("--out", files.out, "Calibration as TOML")->required()->type_name(kFileType);
     kind->add_option("--blob", files.blob, "Calibration as bytes for flash")->type_name(kFileType);
-}
-
-void add_coils(CLI::App* kind, CalibrationFiles& files) {
-    file_name(
-        kind->add_option("--calibration", files.calibration, "Calibration of the coils (TOML), made where there is no metal"))
-        ->required();
 }
 
 void add_converters_from(CLI::App* kind, CalibrationFiles& files) {
@@ -262,74 +252,11 @@ int run_calibration(const CalibrationFiles& files, const std::function<Calibrati
     return to_int(ExitCode::fine);
 }
 
-// Options; the Python package reads the data.
-
-void add_surroundings_calibration(CLI::App* calibrate, Action& action) {
-    struct Command {
-        CalibrationFiles files;
-        std::optional<double> spacing_mm;
-        std::optional<GridSize> nodes;
-        std::optional<Vec3<double>> hemisphere;
-    };
-    auto c = std::make_shared<Command>();
-    CLI::App* const kind = add_kind(
-        calibrate, "surroundings", "Metal at rest relative to the source: virtual dipoles, added to the calibration of the coils",
-        c->files, "Couplings at stage poses, or with --spacing-mm of nodes of a grid on several levels");
-    wiring_file(kind, c->files.wiring);
-    add_coils(kind, c->files);
-    CLI::Option* const spacing = add_spacing(kind, c->spacing_mm);
-    add_nodes(kind, c->nodes)->needs(spacing);
-    add_hemisphere(kind, c->hemisphere)->needs(spacing);
-    kind->add_flag("--refit-fixtures")
-        ->description("Estimate the fixtures again, because the source or the sensor was moved on the stage");
-    add_out_and_blob(kind, c->files);
-    set_examples(kind, {{"couplings above a simulated metal table",
-                         "tricoil run --scenario table --fidelity columns --couplings soYoutZup_seYoutZup_table.csv"},
-                        {"the table, as virtual dipoles",
-                         "tricoil calibrate surroundings --calibration cal.toml --out room.toml soYoutZup_seYoutZup_table.csv"}});
-    kind->callback([c, kind, &action] { action = [c, kind] { return continue_in_python(*kind); }; });
-}
-
-void add_pivot_calibration(CLI::App* calibrate, Action& action) {
-    auto c = std::make_shared<CalibrationFiles>();
-    CLI::App* const kind = add_kind(
-        calibrate, "pivot", "Tip of a pointer for --tip, from poses with the pointer tilted to all sides and its tip at rest", *c,
-        "Recording, or a file of poses of any tracker");
-    kind->get_option("data")->expected(1);
-    kind->add_option("--sensor")->description("Number of the sensor on the pointer, if there are several")->type_name("NUMBER");
-    kind->add_option("--out", c->out, "Tip as TOML")->type_name(kFileType);
-    set_examples(kind, {{"a pointer that is tilted with its tip at rest", "tricoil run --scenario pointer --record pivot1"},
-                        {"its tip, from that recording", "tricoil calibrate pivot pivot1 --out tip.toml"}});
-    kind->callback([c, kind, &action] {
-        action = [c, kind] {
-            check_files(*c);
-            return continue_in_python(*kind);
-        };
-    });
-}
-
-void add_wiring_check(CLI::App* calibrate, Action& action) {
-    auto c = std::make_shared<std::pair<CalibrationFiles, std::vector<double>>>();
-    CLI::App* const kind = add_kind(calibrate, "wiring", "Coil and polarity of each channel, from a sensor at a known position",
-                                    c->first, "Couplings of column frames (CSV)");
-    vector_xyz(kind->add_option("--at", c->second, "Position of the sensor, its axes parallel to those of the source"))
-        ->required();
-    file_name(kind->add_option("--out", c->first.out, "Write the wiring to this file, for --wiring of other commands"));
-    set_examples(
-        kind, {{"coil and polarity of each channel", "tricoil calibrate wiring --at 0.4,0.2,0.1 --out wiring.toml frames.csv"}});
-    kind->callback([c, kind, &action] { action = [c, kind] { return continue_in_python(*kind); }; });
-}
-
 void add_calibrate_command(CLI::App* sub, Action& action) {
-    sub->require_subcommand(1);
     add_stage_calibrations(sub, action);
     add_grid_calibration(sub, action);
     add_free_motion_calibration(sub, action);
-    add_surroundings_calibration(sub, action);
-    add_low_band_calibration(sub, action);
-    add_pick_up_calibration(sub, action);
-    add_pivot_calibration(sub, action);
-    add_wiring_check(sub, action);
+    add_python_command(sub, action);  // the other kinds
 }
 
 }  // namespace tricoil::host

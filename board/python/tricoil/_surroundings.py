@@ -66,7 +66,7 @@ def _numbers(option, value, count, kind):
     except (TypeError, ValueError):
         numbers = []
     if len(numbers) != count or not np.all(np.isfinite(numbers)):
-        raise ValueError(f"--{option} needs {count} numbers; got {value}")
+        raise ValueError(f"--{option} needs {count} {'whole ' if kind is int else ''}numbers; got {value}")
     return numbers
 
 
@@ -76,12 +76,16 @@ def _open(files, calibration, out, blob, wiring, refit_fixtures, spacing_mm, nod
     for name, value in (("nodes", nodes), ("hemisphere", hemisphere)):
         if value is not None and spacing_mm is None:
             raise ValueError(f"--{name} requires --spacing-mm")
+    if nodes is not None:
+        nodes = _numbers("nodes", nodes, 3, int)
+        if not 1 <= min(nodes) <= max(nodes) <= 1000:
+            raise ValueError(f"--nodes must be 1 to 1000; got {','.join(map(str, nodes))}")
     towards = _numbers("hemisphere", hemisphere, 3, float) or [1, 0, 0]
     if not any(towards):
         raise ValueError("--hemisphere must be a direction: three finite numbers, not all zero")
     paths = [os.fspath(path) if path is not None else "" for path in (calibration, out, blob, wiring)]
     return _tricoil.Surroundings([os.fspath(file) for file in files], *paths, bool(refit_fixtures), None if spacing_mm is None else float(spacing_mm),
-                                 _numbers("nodes", nodes, 3, int), towards)
+                                 nodes, towards)
 
 
 def run(files, calibration, out, blob=None, wiring=None, refit_fixtures=False, spacing_mm=None, nodes=None, hemisphere=None) -> tuple[dict, str]:
