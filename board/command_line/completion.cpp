@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "board/command_line/shell_scripts.hpp"  // generated
 #include "board/command_line/word_walk.hpp"
+#include "board/support/nearest_name.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -83,5 +85,12 @@ std::string candidates_for(const CLI::App& program, std::span<const std::string>
     }
     return offer.text();
 }
+
+const std::vector<std::string>& shell_names() {
+    static const std::vector<std::string> names{"bash", "zsh", "fish"};
+    return names;
+}
+
+std::string completion_script(const std::string& shell) { return kShellScripts[index_of_name("shell", shell, shell_names())]; }
 
 }  // namespace tricoil::host

@@ -42,6 +42,10 @@ PYBIND11_MODULE(_tricoil, module) {
     add_run(module);
     add_source(module);
     add_solver(module);
+#ifdef TRICOIL_WITH_CALIBRATION
+    add_bands(module);
+    add_surroundings(module);
+#endif
     add_tracker(module);
     add_motion(module);
 }

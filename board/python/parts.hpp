@@ -15,12 +15,14 @@ inline std::optional<calibration::Calibration<double>> calibration_of(const std:
     return file.empty() ? std::nullopt : std::optional(host::read_coils(file));
 }
 
+void add_bands(pybind11::module_& module);  // in builds with calibration
 void add_command(pybind11::module_& module);
 void add_figures(pybind11::module_& module);
 void add_generator(pybind11::module_& module);
 void add_run(pybind11::module_& module);
 void add_source(pybind11::module_& module);
 void add_solver(pybind11::module_& module);
+void add_surroundings(pybind11::module_& module);  // in builds with calibration
 void add_tracker(pybind11::module_& module);
 void add_motion(pybind11::module_& module);
 

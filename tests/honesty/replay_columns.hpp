@@ -53,7 +53,7 @@ inline PoseRow replay_columns(const SimulatedColumns& run, Method method, Loss l
     constexpr double kNearest_m = 0.15;
     constexpr double kFarthest_m = 2;
     const auto params = run.tracker_params(params_of(method, run.plan));
-    const auto coils = method == Method::dual_band ? std::optional(two_band_calibration(run.plan)) : std::nullopt;
+    const auto coils = method == Method::dual_band ? std::optional(two_band_calibration()) : std::nullopt;
     tracking::AnyTracker tracker(params, coils);
     std::mt19937 random(42);
     std::uniform_real_distribution<double> uniform(0, 1);

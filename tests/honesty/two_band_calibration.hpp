@@ -1,34 +1,33 @@
-// Calibration of simulated ideal coils in two bands, made from a run without metal as `calibrate low-band` does.
+// Calibration of simulated ideal coils in two bands, made from a run without metal by `calibrate low-band`.
 #pragma once
 
-#include "board/host/calibration/band_ratio.hpp"
-#include "core/base/assertion.hpp"
+#include <stdexcept>
+
+#include "board/support/calibration_file.hpp"
 #include "core/calibration/calibration.hpp"
+#include "tests/cli/cli_runner.hpp"
 #include "tests/support/metal_case.hpp"
 
 namespace tricoil::test {
 
+inline void expect_done(const std::string& command) {
+    if (const CliResult result = tricoil(command); result.exit_code != 0) {
+        throw std::runtime_error(command + ": " + result.err);
+    }
+}
+
 /// For 240 frames/s.
-inline calibration::Calibration<double> two_band_calibration(const signal::AcquisitionPlan& plan) {
-    static const Mat3<double> lag_s = [&] {
-        sim::Scenario hand = host::load_scenario("hand", 1);
-        hand.duration_s = 5;
-        const SimulatedColumns run = columns_of(std::move(hand), plan.params);
-        host::MotionLag lag;
-        Mat3<double> in_phase;
-        Mat3<double> quadrature;
-        for (const Column<double>& column : run.columns) {
-            if (!column.flags.has(ColumnFlag::low_band)) {
-                const int j = coil_index(column.state);
-                in_phase.col(j) = column.in_phase;
-                quadrature.col(j) = column.quadrature;
-                if (j == kSourceCoils - 1) {
-                    lag.add(in_phase, quadrature, column.sigma.squaredNorm() / 3, plan.block_s());
-                }
-            }
-        }
-        TRICOIL_ASSERT(lag.is_known());
-        return lag.lag_s();
+inline calibration::Calibration<double> two_band_calibration() {
+    static const Mat3<double> lag_s = [] {
+        host::CalibrationFile ideal;
+        ideal.model = "concentric";
+        ideal.calibration.model = field::GeneralDipole<double>::concentric(sim::WorldParams{}.coupling_constant_m3);
+        const std::string take = path_in_temp("two_bands");
+        const std::string out = path_in_temp("two_bands.toml");
+        std::filesystem::remove_all(take);
+        expect_done("run --scenario hand --duration 5 --fidelity columns --mux dual-band --rate-hz 240 --record " + take);
+        expect_done("calibrate low-band --calibration " + write_file("ideal.toml", to_toml(ideal)) + " --out " + out + " " + take);
+        return host::read_calibration(out).calibration.low_band.motion_lag_s;
     }();
     calibration::Calibration<double> coils;
     coils.model = field::GeneralDipole<double>::concentric(sim::WorldParams{}.coupling_constant_m3);

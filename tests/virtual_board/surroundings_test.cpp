@@ -1,11 +1,12 @@
 // A board beside metal at rest: calibrated with virtual dipoles by the product's own tools, it tracks between the calibrated
 // places.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "board/host/calibration/surroundings_calibration.hpp"
 #include "core/protocol/convert.hpp"
+#include "tests/cli/cli_runner.hpp"
 #include "tests/virtual_board/rests.hpp"
 
 namespace tricoil {
@@ -57,6 +58,22 @@ Errors errors_of(const test::Measured& measured, const std::vector<sim::Pose>& t
     return errors;
 }
 
+/// Coils with the virtual dipoles that `tricoil calibrate surroundings` finds at these poses.
+host::CalibrationFile with_surroundings(const host::CalibrationFile& coils, const host::PoseFile& rests) {
+    std::string table = std::string(host::kPoseCsvHeader) + "\n";
+    for (const host::MeasuredPose& pose : rests.poses) {
+        const Vec3<double>& p = pose.stage_position_m;
+        const Quat<double> q(pose.stage_rotation);
+        table += fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{}\n", p.x(), p.y(), p.z(), q.w(), q.x(),
+                             q.y(), q.z(), host::matrix_text(pose.x));
+    }
+    const std::string room = test::path_in_temp("room.toml");
+    const auto run = test::tricoil("calibrate surroundings --calibration " + test::write_file("coils.toml", to_toml(coils)) +
+                                   " --out " + room + " " + test::write_file(rests.path, table));
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return host::read_calibration(room);
+}
+
 TEST(Surroundings, BoardAboveATableTracksBetweenTheCalibratedNodes) {
     const BoardCircuit circuit = BoardCircuit::draw(kBoard);
     const host::CalibrationFile coils = test::calibrate(circuit, kColumns, kBoard, kCoilRests);
@@ -64,9 +81,7 @@ TEST(Surroundings, BoardAboveATableTracksBetweenTheCalibratedNodes) {
     const auto nodes = grid(3, 0.2, random);
     const auto coils_blob = calibration::encode(coils.calibration);  // the board corrects its converters
     const auto above_table = test::measure(circuit, host::load_scenario("table", 1), kColumns, nodes, &coils_blob);
-    const auto data = host::data_at_known_fixtures(coils, {test::means_of(above_table.frames, nodes)});
-    const host::SurroundingsFit fit = fit_surroundings(coils.calibration.model, data);
-    const host::CalibrationFile with_table = add_surroundings(coils, fit, data).file;
+    const host::CalibrationFile with_table = with_surroundings(coils, test::means_of(above_table.frames, nodes));
 
     const auto between = grid(2, 0.13, random);
     std::array<Errors, 2> errors;  // coils alone, coils and table

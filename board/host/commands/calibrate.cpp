@@ -58,6 +58,8 @@ void warn_of_lost_converters(const CalibrationFiles& files, const CalibrationFil
     }
 }
 
+}  // namespace
+
 std::string common_text(const Json& result) {
     std::string text =
         result.contains("pick_up")
@@ -70,6 +72,8 @@ std::string common_text(const Json& result) {
             : "";
     return text + warnings_text(result) + fill(result, "wrote {out}\n");
 }
+
+namespace {
 
 /// A kind as the last version spelled it, and today.
 struct OldKind {
@@ -154,19 +158,9 @@ CLI::App* add_kind(CLI::App* calibrate, const std::string& name, const std::stri
     return kind;
 }
 
-void add_out(CLI::App* kind, CalibrationFiles& files) {
-    kind->add_option("--out", files.out, "Calibration as TOML")->required()->type_name(kFileType);
-}
-
 void add_out_and_blob(CLI::App* kind, CalibrationFiles& files) {
-    add_out(kind, files);
+    kind->add_option("--out", files.out, "Calibration as TOML")->required()->type_name(kFileType);
     kind->add_option("--blob", files.blob, "Calibration as bytes for flash")->type_name(kFileType);
-}
-
-void add_coils(CLI::App* kind, CalibrationFiles& files) {
-    file_name(
-        kind->add_option("--calibration", files.calibration, "Calibration of the coils (TOML), made where there is no metal"))
-        ->required();
 }
 
 void add_converters_from(CLI::App* kind, CalibrationFiles& files) {
@@ -235,11 +229,7 @@ calibration::Calibration<double> stored_board(const CalibrationFiles& files) {
     return stored;
 }
 
-int run_calibration(const CalibrationFiles& files, const std::function<CalibrationFile(CalibrationReport&)>& fit,
-                    std::string (*text)(const Json&)) {
-    check_files(files);
-    CalibrationReport report;
-    const CalibrationFile file = fit(report);
+void write_calibration(const CalibrationFiles& files, const CalibrationFile& file, CalibrationReport& report) {
     warn_of_lost_converters(files, file, report);
     write_files(files, file);
     if (const auto& pick_up = file.calibration.pick_up; !pick_up.is_none()) {
@@ -251,52 +241,22 @@ int run_calibration(const CalibrationFiles& files, const std::function<Calibrati
     }
     report.json["warnings"] = report.warnings;
     report.json["out"] = files.out;
+}
+
+int run_calibration(const CalibrationFiles& files, const std::function<CalibrationFile(CalibrationReport&)>& fit,
+                    std::string (*text)(const Json&)) {
+    check_files(files);
+    CalibrationReport report;
+    write_calibration(files, fit(report), report);
     print_text(files.json ? json_line(report.json, 2) + "\n" : text(report.json) + common_text(report.json));
     return to_int(ExitCode::fine);
 }
 
-// Options; the Python package reads the data.
-
-void add_pivot_calibration(CLI::App* calibrate, Action& action) {
-    auto c = std::make_shared<CalibrationFiles>();
-    CLI::App* const kind = add_kind(
-        calibrate, "pivot", "Tip of a pointer for --tip, from poses with the pointer tilted to all sides and its tip at rest", *c,
-        "Recording, or a file of poses of any tracker");
-    kind->get_option("data")->expected(1);
-    kind->add_option("--sensor")->description("Number of the sensor on the pointer, if there are several")->type_name("NUMBER");
-    kind->add_option("--out", c->out, "Tip as TOML")->type_name(kFileType);
-    set_examples(kind, {{"a pointer that is tilted with its tip at rest", "tricoil run --scenario pointer --record pivot1"},
-                        {"its tip, from that recording", "tricoil calibrate pivot pivot1 --out tip.toml"}});
-    kind->callback([c, kind, &action] {
-        action = [c, kind] {
-            check_files(*c);
-            return continue_in_python(*kind);
-        };
-    });
-}
-
-void add_wiring_check(CLI::App* calibrate, Action& action) {
-    auto c = std::make_shared<std::pair<CalibrationFiles, std::vector<double>>>();
-    CLI::App* const kind = add_kind(calibrate, "wiring", "Coil and polarity of each channel, from a sensor at a known position",
-                                    c->first, "Couplings of column frames (CSV)");
-    vector_xyz(kind->add_option("--at", c->second, "Position of the sensor, its axes parallel to those of the source"))
-        ->required();
-    file_name(kind->add_option("--out", c->first.out, "Write the wiring to this file, for --wiring of other commands"));
-    set_examples(
-        kind, {{"coil and polarity of each channel", "tricoil calibrate wiring --at 0.4,0.2,0.1 --out wiring.toml frames.csv"}});
-    kind->callback([c, kind, &action] { action = [c, kind] { return continue_in_python(*kind); }; });
-}
-
 void add_calibrate_command(CLI::App* sub, Action& action) {
-    sub->require_subcommand(1);
     add_stage_calibrations(sub, action);
     add_grid_calibration(sub, action);
     add_free_motion_calibration(sub, action);
-    add_surroundings_calibration(sub, action);
-    add_low_band_calibration(sub, action);
-    add_pick_up_calibration(sub, action);
-    add_pivot_calibration(sub, action);
-    add_wiring_check(sub, action);
+    add_python_command(sub, action);  // the other kinds
 }
 
 }  // namespace tricoil::host

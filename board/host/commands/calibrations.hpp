@@ -1,4 +1,4 @@
-// Kinds of `tricoil calibrate`, one file each, and the options and files that they share.
+// Kinds of `tricoil calibrate` that are not in Python, one file each, and the options and files that they share.
 #pragma once
 
 #include <functional>
@@ -25,11 +25,6 @@ namespace tricoil::host {
 void add_stage_calibrations(CLI::App* calibrate, Action& action);
 void add_grid_calibration(CLI::App* calibrate, Action& action);
 void add_free_motion_calibration(CLI::App* calibrate, Action& action);
-void add_surroundings_calibration(CLI::App* calibrate, Action& action);
-void add_low_band_calibration(CLI::App* calibrate, Action& action);
-void add_pick_up_calibration(CLI::App* calibrate, Action& action);
-void add_pivot_calibration(CLI::App* calibrate, Action& action);
-void add_wiring_check(CLI::App* calibrate, Action& action);
 
 /// Files of one calibration; an empty name: none.
 struct CalibrationFiles {
@@ -52,9 +47,7 @@ void check_files(const CalibrationFiles& files);
 /// Adds a kind with its data and --json.
 CLI::App* add_kind(CLI::App* calibrate, const std::string& name, const std::string& what, CalibrationFiles& files,
                    const std::string& data);
-void add_out(CLI::App* kind, CalibrationFiles& files);
 void add_out_and_blob(CLI::App* kind, CalibrationFiles& files);
-void add_coils(CLI::App* kind, CalibrationFiles& files);
 void add_converters_from(CLI::App* kind, CalibrationFiles& files);
 /// Distance between neighbouring nodes of a grid.
 CLI::Option* add_spacing(CLI::App* kind, std::optional<double>& spacing_mm);
@@ -79,7 +72,11 @@ void add_fixture_names(CLI::App* kind, std::vector<std::string>& names);
 /// file has none.
 calibration::Calibration<double> stored_board(const CalibrationFiles& files);
 
-/// Makes the calibration, writes its files when all are complete, and prints the result. Returns the exit code.
+/// Writes the files of a calibration when all are complete, and completes its report. common_text(): its last lines.
+void write_calibration(const CalibrationFiles& files, const CalibrationFile& file, CalibrationReport& report);
+std::string common_text(const Json& result);
+
+/// Makes the calibration, writes its files, and prints the result. Returns the exit code.
 int run_calibration(const CalibrationFiles& files, const std::function<CalibrationFile(CalibrationReport&)>& fit,
                     std::string (*text)(const Json&));
 

@@ -10,11 +10,6 @@ namespace tricoil::host {
 
 // Each function adds the options of a command to `sub`. If the user selects it, `action` is set.
 void add_run_command(CLI::App* sub, Action& action);
-void add_demodulate_command(CLI::App* sub, Action& action);
-void add_design_command(CLI::App* sub, Action& action);
-void add_bench_command(CLI::App* sub, Action& action);
-void add_generator_command(CLI::App* sub, Action& action);
-void add_figures_command(CLI::App* sub, Action& action);
 void add_motion_command(CLI::App* sub, Action& action);
 void add_selfcheck_command(CLI::App* sub, Action& action);
 void add_calibrate_command(CLI::App* sub, Action& action);
@@ -24,12 +19,10 @@ void add_device_command(CLI::App* sub, Action& action);
 void add_doctor_command(CLI::App* sub, Action& action);
 void add_replay_command(CLI::App* sub, Action& action);
 void add_smooth_command(CLI::App* sub, Action& action);
-void add_truth_command(CLI::App* sub, Action& action);
 void add_convert_command(CLI::App* sub, Action& action);
-void add_couplings_command(CLI::App* sub, Action& action);
-void add_plot_command(CLI::App* sub, Action& action);
 void add_serve_command(CLI::App* sub, Action& action);
 void add_demo_command(CLI::App* sub, Action& action);
+void add_python_command(CLI::App* sub, Action& action);  // those of python_commands.json
 void add_help_command(CLI::App* sub, Action& action);
 void add_completion_command(CLI::App* sub, Action& action);
 

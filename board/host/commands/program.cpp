@@ -162,10 +162,6 @@ int continue_in_python(const std::string& command, std::vector<std::string> word
     return continue_as(kPython, kPython, words, command + ": needs Python: install the package python3-tricoil");
 }
 
-void run_in_python(CLI::App* sub, Action& action) {
-    sub->callback([sub, &action] { action = [sub] { return continue_in_python(*sub); }; });
-}
-
 int run_program(const std::vector<std::string>& arguments, std::span<const OwnCommand> own, const ProgramIdentity& identity) {
     if (const ListedCommand* const named = named_command(arguments); named != nullptr && find_own(own, named->name) == nullptr) {
         if (named->component) {

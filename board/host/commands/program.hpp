@@ -41,7 +41,5 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
 int continue_in_python(const CLI::App& command);
 /// The same with these words.
 int continue_in_python(const std::string& command, std::vector<std::string> words);
-/// The action of a command that is in Python alone.
-void run_in_python(CLI::App* sub, Action& action);
 
 }  // namespace tricoil::host

@@ -198,6 +198,16 @@ def pivot(options, files):
     put_result(result, as_json, _pivot.text(result), options.get("out"))
 
 
+def of_calibrate(module_name):
+    """A kind of `tricoil calibrate`."""
+    def run(options, files):
+        module = importlib.import_module(f"tricoil.{module_name}")
+        as_json = options.pop("json", False)
+        result, text = module.run(files, **options)
+        put_result(result, as_json, text, options["out"])
+    return run
+
+
 def plot(options, files):
     from tricoil import _plot_command
     from tricoil._command import _words
@@ -227,8 +237,9 @@ def table(_, files):
 
 COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodulate": demodulate, "design": design, "evaluate": evaluate,
             "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "table": table, "truth": truth,
-            "wiring": wiring, **{name: of_generator(name) for name in ("simulate", "solve", "calibrate")}}
-WITHOUT_SCIPY = ("evaluate-picture", "figures", "plot", "table")
+            "wiring": wiring, **{name.replace("_", "-"): of_calibrate(f"_{name}") for name in ("low_band", "pick_up", "surroundings")},
+            **{name: of_generator(name) for name in ("simulate", "solve", "calibrate")}}
+WITHOUT_SCIPY = ("evaluate-picture", "figures", "low-band", "pick-up", "plot", "table")
 
 
 class Interrupted(KeyboardInterrupt):
