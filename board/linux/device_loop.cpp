@@ -46,7 +46,7 @@ void DeviceLoop::step(Microseconds longest_wait) {
     (void)session_.service(now);
     follow_phase();
     if (session_.phase() == Phase::closed) {
-        timespec pause{0, std::min(kWait, longest_wait).count() * 1000};
+        timespec pause{0, static_cast<long>(std::min(kWait, longest_wait).count()) * 1000};
         ::nanosleep(&pause, nullptr);
         return;
     }

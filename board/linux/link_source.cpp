@@ -82,6 +82,10 @@ private:
         if (status && (status->supply_mv != 0 || status->temperature_cdeg != 0)) {  // both zero: the device does not measure them
             counts.temperature_c = 0.01 * status->temperature_cdeg;
         }
+        if (session.has_identity()) {
+            counts.serial = session.identity().serial;
+            counts.firmware = session.identity().firmware;
+        }
         return host::LinkState{counts, now - HostTime{}};
     }
     [[nodiscard]] std::string status() const override {

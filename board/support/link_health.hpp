@@ -38,6 +38,8 @@ struct HealthCounts {
     std::size_t queued_bytes = 0;         // lines that wait for files and pipes
     Microseconds age;                     // since the newest usable column
     std::optional<double> temperature_c;  // of the power stages, or of a tracker board's processor; empty: not measured
+    std::uint64_t serial = 0;             // of the device; 0: unknown
+    std::uint32_t firmware = 0;           // its version; 0: unknown
 };
 
 struct LinkHealth {
@@ -71,6 +73,9 @@ private:
 
 /// Warnings as text, with their limits; empty if there are none.
 std::string to_text(HealthWarnings warnings, const HealthLimits& limits);
+
+/// 1.2.3
+std::string firmware_text(std::uint32_t version);
 
 /// Every number, with its unit in its key.
 nlohmann::ordered_json health_json(const LinkHealth& health);

@@ -60,14 +60,14 @@ module.exports = async function pageAccess(browser, html, check) {
       return Math.min(...heights);
     });
     check(labels > 17, `${width}: the letters of the scene have 12 px: labels of ${labels.toFixed(0)} px`);
-    for (const pane of width < 901 ? ['scene', 'plots', 'tools', 'controls'] : [null]) {
-      if (pane)
+    for (const pane of width < 901 ? ['scene', 'plots', 'tools', 'setup', 'controls'] : ['t', 's']) {
+      if (width < 901)
         await during(() => page.click(`#tabs [data-pane=${pane}]`));
       else
-        await page.keyboard.press('t');
+        await page.keyboard.press(pane);
       const texts = await smallTexts(page), targets = await smallTargets(page);
-      check(texts.length === 0, `${width} ${pane ?? ''}: no text is smaller than ${kLeastText_px} px ${texts}`);
-      check(targets.length === 0, `${width} ${pane ?? ''}: no target is smaller than ${kLeastTarget_px} px ${targets}`);
+      check(texts.length === 0, `${width} ${pane}: no text is smaller than ${kLeastText_px} px ${texts}`);
+      check(targets.length === 0, `${width} ${pane}: no target is smaller than ${kLeastTarget_px} px ${targets}`);
     }
     if (width < 901) await during(() => page.click('#tabs [data-pane=plots]'));
     await page.click('#new_plot');

@@ -83,15 +83,21 @@ TEST(ServePage, TheStreamContainsTheHealthOfTheMeasurement) {
     EXPECT_THAT(events, HasSubstr(warning));
 }
 
-/// Status line of the answer to a control request.
-std::string ask(std::uint16_t port, const std::string& command, const std::string& token) {
+/// Answer to a POST.
+std::string post(std::uint16_t port, const std::string& path, const std::string& command, const std::string& token) {
     const int client = connect_to(port);
-    const std::string request = "POST /control HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
+    const std::string request = "POST " + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
                                 "\r\nContent-Type: application/json\r\nContent-Length: " + std::to_string(command.size()) +
                                 "\r\n" + (token.empty() ? "" : "Authorization: Bearer " + token + "\r\n") + "\r\n" + command;
     EXPECT_EQ(write(client, request.data(), request.size()), static_cast<ssize_t>(request.size()));
     const std::string answer = read_for(client, std::chrono::seconds(10));
     close(client);
+    return answer;
+}
+
+/// Status line of the answer to a control request.
+std::string ask(std::uint16_t port, const std::string& command, const std::string& token) {
+    const std::string answer = post(port, "/control", command, token);
     return answer.substr(0, answer.find('\r'));
 }
 
@@ -110,6 +116,69 @@ TEST(ServePage, ControlsNeedTheToken) {
     EXPECT_THAT(serving.err(), ::testing::Not(HasSubstr(token)));
     const Serving other({"--web", "0", "--scenario", "still"});
     EXPECT_NE(token_of(other.address("web_controls")), token);
+}
+
+/// Opens an event stream, which is a page for the server. Returns its socket.
+int open_page(std::uint16_t port) {
+    const int client = connect_to(port);
+    const std::string request = "GET /stream HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n";
+    EXPECT_EQ(write(client, request.data(), request.size()), static_cast<ssize_t>(request.size()));
+    EXPECT_THAT(read_for(client, std::chrono::seconds(10), 400), HasSubstr("data:"));
+    return client;
+}
+
+TEST(ServePage, OnePageSetsUpADevice) {
+    const Serving serving({"--web", "0", "--scenario", "still"});
+    const std::uint16_t port = serving.port("web");
+    const std::string token = token_of(serving.address("web_controls"));
+    const auto set_up = [&](const std::string& request) { return post(port, "/setup", request, token); };
+    EXPECT_THAT(post(port, "/setup", R"({"page":1})", ""), HasSubstr("401"));
+    EXPECT_THAT(set_up(R"({"page":1})"), HasSubstr("this page is not connected"));
+    const int first = open_page(port);
+    const int second = open_page(port);
+    EXPECT_THAT(set_up(R"({"page":1})"), HasSubstr("the set-up has begun"));
+    EXPECT_THAT(set_up(R"({"page":2})"), HasSubstr("409 Conflict"));
+    EXPECT_THAT(set_up(R"({"page":2,"run":"devices"})"),
+                HasSubstr("another page sets up this device; close the set-up there first"));
+    const std::string devices = set_up(R"({"page":1,"run":"devices"})");
+    EXPECT_THAT(devices, HasSubstr(R"("code":0,"result":[)"));
+    EXPECT_THAT(set_up(R"({"page":1,"end":true})"), HasSubstr("the set-up has ended"));
+    EXPECT_THAT(set_up(R"({"page":2})"), HasSubstr("the set-up has begun"));
+    close(second);
+    const auto end = Clock::now() + std::chrono::seconds(20);
+    std::string answer;
+    while (answer.find("has begun") == std::string::npos && Clock::now() < end) {
+        answer = set_up(R"({"page":1})");
+    }
+    EXPECT_THAT(answer, HasSubstr("the set-up has begun")) << "a page that was closed still has the set-up";
+    close(first);
+}
+
+TEST(ServePage, TheSetUpRunsListedCommandsOnRecordingsOnly) {
+    const std::string folder = path_in_temp("set_up");
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    const Serving serving({"--web", "0", "--scenario", "still", "--open-controls", "--record-folder", folder});
+    const std::uint16_t port = serving.port("web");
+    const int page = open_page(port);
+    const auto run = [&](const std::string& request) { return post(port, "/setup", R"({"page":1,"run":)" + request + "}", ""); };
+    for (const char* bad : {R"("serve")", R"("")", "3", R"("stage","recording":"a")", R"("--help")"}) {
+        EXPECT_THAT(run(bad), HasSubstr("set-up: unknown command")) << bad;
+    }
+    for (const char* bad : {R"("..")", R"("/etc")", R"("none")", R"("-a")", "3", R"("")"}) {
+        EXPECT_THAT(run(R"("pivot","recording":)" + std::string(bad)), HasSubstr("there is no such recording")) << bad;
+    }
+    EXPECT_THAT(ask(port, R"({"record":true,"name":"take"})", ""), HasSubstr("200"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    EXPECT_THAT(ask(port, R"({"record":false})", ""), HasSubstr("200"));
+    EXPECT_THAT(run(R"("wiring","recording":"take","at":[1,2])"), HasSubstr("set-up: at must be three numbers"));
+    EXPECT_THAT(run(R"("wiring","recording":"take","at":[0.5,0,0])"), HasSubstr("several wirings give the same couplings"));
+    EXPECT_THAT(run(R"("free-motion","recording":"take","hemisphere":[1,0,0],"coupling-constant":-1)"),
+                HasSubstr("--coupling-constant must lie between"));
+    const std::string tip = run(R"("pivot","recording":"take")");
+    EXPECT_THAT(tip, HasSubstr(R"("code":2)"));
+    EXPECT_THAT(tip, ::testing::Not(HasSubstr(folder))) << "clients do not see the folder";
+    close(page);
 }
 
 TEST(ServePage, ARefusedRecordingIsNoSuccess) {

@@ -120,6 +120,81 @@ async function withoutProgram(browser, url) {
   await page.close();
 }
 
+/// Runs in the page before its script: a serial port that plays what a simulated front end sent (board.bin), at its pace, and keeps what the
+/// page sends.
+function standIn(base64) {
+  const bytes = Uint8Array.from(atob(base64), sign => sign.charCodeAt(0));
+  const port = window.standIn = {sent: 0, messages: 0};
+  const kNeeded = [1, 1, 2, 3];  // messages of the page, before each answer of the device
+  const kPause_ms = 5, kChunk = 1024, kPace_ms = 20;
+  port.open = async () => {};
+  port.readable = new ReadableStream({
+    async start(control) {
+      const wait = ms => new Promise(done => setTimeout(done, ms));
+      let at = 0;
+      for (const needed of kNeeded) {
+        while (port.messages < needed) await wait(kPause_ms);
+        const end = bytes.indexOf(0, at) + 1;
+        control.enqueue(bytes.slice(at, end));
+        at = end;
+      }
+      for (; at < bytes.length; at += kChunk) {
+        control.enqueue(bytes.slice(at, at + kChunk));
+        await wait(kPace_ms);
+      }
+      while (!port.ends) await wait(kPace_ms);
+      control.close();
+    }
+  });
+  port.writable = new WritableStream({
+    write(chunk) {
+      port.sent += chunk.length;
+      port.messages += chunk.filter(byte => byte === 0).length;
+    }
+  });
+  Object.defineProperty(navigator, 'serial', {value: {requestPort: async () => port.refuses ? Promise.reject(new Error('No port selected')) : port}});
+}
+
+/// The page reads a board by Web Serial, from recorded bytes.
+async function readBoard(browser, url) {
+  const context = await browser.newContext();
+  const bytes = fs.readFileSync(path.join(__dirname, 'board.bin')).toString('base64');
+  await context.addInitScript(standIn, bytes);
+  const demo = await openDemo(context, url);
+  const {page, text, wait, faults} = demo;
+  await wait(() => document.getElementById('read_board'));
+  check(/not yet with hardware/.test(await page.getAttribute('#read_board', 'title')), 'the page says that hardware is untested');
+  await page.evaluate(() => {
+    window.standIn.refuses = true;
+  });
+  await page.click('#read_board');
+  await wait(() => /No board: No port selected/.test(document.querySelector('#answer').textContent));
+  check(await page.evaluate(() => window.tricoil.tour.place !== null), 'without a port the simulation goes on');
+  await page.evaluate(() => {
+    window.standIn.refuses = false;
+  });
+  await page.click('#read_board');
+  await wait(() => window.tricoil.status.health?.firmware === '0.1.0' && window.tricoil.tour.place === null);
+  check(/not yet tested with hardware/.test(await text('#answer')), `a board is read: ${await text('#answer')}`);
+  await wait(() => window.tricoil.newest.valid && window.tricoil.newest.truth === null);
+  const {position_m, truth} = await page.evaluate(() => window.tricoil.newest);
+  const range = Math.hypot(...position_m);
+  check(
+      range > 0.2 && range < 1.5 && truth === null && await text('#source') === 'serial port',
+      `its couplings give poses: ${position_m.map(v => v.toFixed(3)).join(' ')} m from "${await text('#source')}", without a truth`);
+  await save(page, 'board');
+  await page.selectOption('#hemisphere', '-1,0,0');
+  await page.click('#set');
+  await wait(() => /hemisphere set/.test(document.querySelector('#answer').textContent));
+  await page.evaluate(() => {
+    window.standIn.ends = true;
+  });
+  await wait(() => /The board was lost: the port was closed/.test(document.querySelector('#problem').textContent));
+  check(await page.evaluate(() => window.standIn.sent > 40), `a lost board is told: ${await text('#problem')}`);
+  check(faults.length === 0, `no faults in the page ${faults.join('; ')}`);
+  await context.close();
+}
+
 async function main() {
   const size = ['index.html', 'demo.js', 'demo.wasm'].reduce((sum, name) => sum + gzipSync(fs.readFileSync(path.join(site, name))).length, 0);
   check(size < kMostBytes, `the demo has ${size} bytes, compressed`);
@@ -142,6 +217,7 @@ async function main() {
     check(demo.faults.length === 0, `no faults in the page ${demo.faults.join('; ')}`);
     await demo.page.close();
 
+    await readBoard(browser, root.url);
     await withoutProgram(browser, root.url);
     const linked = await openDemo(browser, `${below.url}${path.basename(path.resolve(site))}/#step=3&speed=1.5&noise=no`);
     check(

@@ -40,7 +40,7 @@ bool is_recording_name(std::string_view name) {
 
 std::string without_folder(std::string message, const std::string& folder) {
     const std::string prefix = (fs::path(folder) / "").string();
-    for (auto at = message.find(prefix); at != std::string::npos; at = message.find(prefix)) {
+    for (auto at = message.find(prefix); !prefix.empty() && at != std::string::npos; at = message.find(prefix)) {
         message.erase(at, prefix.size());
     }
     return message;

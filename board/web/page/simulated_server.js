@@ -1,9 +1,11 @@
 // Stands in for the server of the live page: streams the events of a simulation, and answers the requests. A second simulation, with
 // the other choice of motion compensation, gives the error beside.
+import {say} from '../../host/serve/web/page/controls.js';
 import {decode, learn} from '../../host/serve/web/page/sample.js';
 import {server} from '../../host/serve/web/page/server.js';
 import {TrueError} from '../../host/serve/web/page/tour.js';
-import {load, Simulation} from './simulation.js';
+import {openBoard} from './board_server.js';
+import {instanceOf, load, Simulation} from './simulation.js';
 
 const kPeriodMs = 33, kLongest_s = 0.25;  // of an event; longer pauses, as of a hidden page, are left out
 
@@ -24,6 +26,7 @@ class SimulatedServer {
   #place = null;  // {step, compensated, speed, noise}
   #hello = null;  // for the first message
   #error = new TrueError();  // of the other simulation
+  #board = null;  // BoardServer instead of the simulation
 
   /// What takes the place of the methods of `server`.
   get methods() { return {events: () => this.#open(), request: (path, options) => this.#request(path, options)};}
@@ -47,6 +50,7 @@ class SimulatedServer {
     this.#steps = this.#hello.source.tour;
     this.#begin(this.#linked(this.#place));
     source.onopen();
+    this.#offerBoard(program, source);
     let before = performance.now();
     source.timer = setInterval(() => {
       const now = performance.now();
@@ -60,6 +64,31 @@ class SimulatedServer {
       before = now;
     }, kPeriodMs);
     addEventListener('hashchange', () => this.#begin(this.#linked(linkedPlace())));
+  }
+
+  /// A button reads a board on a serial port instead of the simulation.
+  #offerBoard(program, source) {
+    if (!navigator.serial || document.getElementById('read_board')) return;
+    const button = Object.assign(document.createElement('button'), {
+      id: 'read_board',
+      textContent: 'Read a board',
+      title: 'Board on a serial port of this computer, by Web Serial. Tested with recorded bytes, not yet with hardware.'
+    });
+    document.getElementById('help').before(button);
+    button.addEventListener('click', async () => {
+      try {
+        this.#board = await openBoard(await instanceOf(program));
+        clearInterval(source.timer);
+        document.getElementById('problem').textContent = '';
+        button.disabled = true;
+        this.#board.start(message => source.onmessage({data: JSON.stringify(message)}), why => {
+          document.getElementById('problem').textContent = `The board was lost: ${why}. Load this page again.`;
+        });
+        say('Reading a board. This is not yet tested with hardware.');
+      } catch ({message}) {
+        say(`No board: ${message}`);
+      }
+    });
   }
 
   /// The place of a link, with the compensation of its step.
@@ -86,6 +115,7 @@ class SimulatedServer {
   }
 
   async #request(path, {body} = {}) {
+    if (path === 'setup') return answer({answer: 'not in this demo'}, 400);
     if (path === 'recordings') return answer({recordings: []});
     try {
       return answer({answer: this.#control(JSON.parse(body))});
@@ -94,7 +124,9 @@ class SimulatedServer {
     }
   }
 
-  #control({step, compensated, speed, run}) {
+  #control(request) {
+    if (this.#board) return this.#board.control(request);
+    const {step, compensated, speed, run} = request;
     if (step !== undefined) {
       this.#begin({...this.#place, step, compensated, speed: speed ?? this.#place.speed});
       return 'the tour goes on';

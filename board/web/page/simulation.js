@@ -8,19 +8,21 @@ export async function load(url) {
   return WebAssembly.compile(await response.arrayBuffer());
 }
 
-/// One run of the program.
+/// An instance of the program; program: WebAssembly.Module.
+export function instanceOf(program) {
+  const instantiateWasm = (imports, done) => {
+    WebAssembly.instantiate(program, imports).then(instance => done(instance));
+    return {};
+  };
+  return makeModule({instantiateWasm, locateFile: name => name});
+}
+
+/// One run of the simulation.
 export class Simulation {
   #begin;
   #advance;
 
-  /// program: WebAssembly.Module.
-  static async start(program) {
-    const instantiateWasm = (imports, done) => {
-      WebAssembly.instantiate(program, imports).then(instance => done(instance));
-      return {};
-    };
-    return new Simulation(await makeModule({instantiateWasm, locateFile: name => name}));
-  }
+  static async start(program) { return new Simulation(await instanceOf(program)); }
 
   constructor(module) {
     this.#begin = module.cwrap('tricoil_demo_begin', 'string', ['number', 'boolean', 'number', 'boolean']);

@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -18,8 +18,10 @@
 #include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/recording_library.hpp"
 #include "board/host/serve/web/request_head.hpp"
+#include "board/host/serve/web/setup_command.hpp"
 #include "board/page/pose_event.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::host::web {
@@ -67,6 +69,10 @@ struct ServedPage {
     Tour* tour;
     int port = 0;
     ConnectionTable streams{"--web"};
+    std::uint64_t last_page = 0;
+    std::set<std::uint64_t> open_pages{};   // by number
+    std::uint64_t setting_up = 0;           // number of the page that sets up the device; 0: none
+    std::weak_ptr<SetupCommand> command{};  // of that page
 };
 
 /// Executes a control request in JSON. Returns, or throws as InputError, text for the client; empty: the request is invalid.
@@ -101,14 +107,10 @@ std::string execute_request(const std::string& text, ServedPage& page) {
         page.tour->asked = {request["step"].get<std::int16_t>(), request["compensated"].get<bool>(), speed.get<float>()};
         return "the tour goes on";
     }
-    if (request.contains("hemisphere") && request["hemisphere"].is_array() && request["hemisphere"].size() == 3) {
+    if (request.contains("hemisphere")) {
         Vec3<double> towards;
-        for (std::size_t n = 0; n < 3; ++n) {
-            const auto& number = request["hemisphere"][n];
-            towards[static_cast<Index>(n)] = number.is_number() ? number.get<double>() : std::numeric_limits<double>::quiet_NaN();
-        }
         const auto sensor = request.value("sensor", nlohmann::json(0U));
-        if (!tracking::is_hemisphere(towards) || !sensor.is_number_unsigned() ||
+        if (!read_list(request["hemisphere"], towards) || !tracking::is_hemisphere(towards) || !sensor.is_number_unsigned() ||
             sensor.get<std::uint64_t>() >= tracking::kMaxSensors) {
             return "";
         }
@@ -125,8 +127,17 @@ std::string execute_request(const std::string& text, ServedPage& page) {
 /// longer has.
 class EventStream {
 public:
-    explicit EventStream(ServedPage& page)
-        : page_(page), cursor_(page.hub.cursor()), hello_(greeting(page.recordings.source())) {}
+    explicit EventStream(ServedPage& page) : page_(page), cursor_(page.hub.cursor()), hello_(greeting(page.recordings.source())) {
+        hello_["page"] = number_;
+        page_.open_pages.insert(number_);
+    }
+    /// Ends the set-up by this page.
+    ~EventStream() {
+        page_.open_pages.erase(number_);
+        page_.setting_up = page_.setting_up == number_ ? 0 : page_.setting_up;
+    }
+    EventStream(const EventStream&) = delete;
+    EventStream& operator=(const EventStream&) = delete;
 
     /// The next event; empty if none is due: at most every 33 ms, and after 0.5 s also without a pose.
     std::string next() {
@@ -156,6 +167,7 @@ private:
     using Clock = std::chrono::steady_clock;
 
     ServedPage& page_;
+    std::uint64_t number_ = ++page_.last_page;
     PoseHub::Cursor cursor_;
     nlohmann::ordered_json hello_;  // null after the first event
     std::vector<ServedPose> poses_;
@@ -164,8 +176,9 @@ private:
 };
 
 /// Session of one client: one request and its answer. GET /: the page. GET /stream: its events. POST /control: a control request,
-/// GET /recordings and /recordings/NAME: recordings, if the access rules permit it. A request that does not name this host and
-/// port, or comes from another page, is refused (403), so that a hostile page in the same browser has no access.
+/// POST /setup: a step of the set-up, GET /recordings and /recordings/NAME: recordings, if the access rules permit it. A request
+/// that does not name this host and port, or comes from another page, is refused (403), so that a hostile page in the same
+/// browser has no access.
 class PageSession {
 public:
     static constexpr bool kSpeaksHttp = true;
@@ -218,7 +231,7 @@ public:
     }
 
     /// The next piece of the answer does not wait for a pose.
-    [[nodiscard]] bool is_busy() const { return answered_ && !ended_ && !events_ && !stream_.has_waiting(); }
+    [[nodiscard]] bool is_busy() const { return answered_ && !ended_ && !events_ && !setup_ && !stream_.has_waiting(); }
 
 private:
     /// text: complete answer, or a piece of it; empty: none yet.
@@ -244,7 +257,7 @@ private:
         }
         const bool is_permitted = page_.access.permits(head.field("authorization"));
         if (head.method == "POST") {
-            if (head.path != "/control") {
+            if (head.path != "/control" && head.path != "/setup") {
                 return answer(404, "there is no such page");
             }
             return is_permitted ? control(head, content) : refuse_permission(page_.access, "controls");
@@ -286,8 +299,36 @@ private:
         if (head.field("content-type") != "application/json") {
             return answer(415, "the request must be JSON (Content-Type: application/json)");
         }
+        if (head.path == "/setup") {
+            return set_up(nlohmann::json::parse(content, nullptr, false));
+        }
         const std::string done = execute_request(content, page_);
         return done.empty() ? answer(400, "unknown request") : answer(200, done);
+    }
+
+    /// Set-up by one page at a time: {"page": its number, "end": true}, or {"page", "run", ...} of SetupCommand; without "run" it
+    /// begins.
+    std::string set_up(const nlohmann::json& request) {
+        if (!request.is_object() || !request.contains("page") || !request["page"].is_number_unsigned()) {
+            return answer(400, "unknown request");
+        }
+        const auto number = request["page"].get<std::uint64_t>();
+        if (!page_.open_pages.contains(number)) {
+            return answer(409, "this page is not connected; wait until it is, and try again");
+        }
+        if (page_.setting_up != 0 && page_.setting_up != number) {
+            return answer(409, "another page sets up this device; close the set-up there first");
+        }
+        page_.setting_up = request.contains("end") ? 0 : number;
+        if (!request.contains("run")) {
+            return answer(200, request.contains("end") ? "the set-up has ended" : "the set-up has begun");
+        }
+        if (page_.command.lock()) {
+            return answer(409, "a command of the set-up is running; wait until it ends");
+        }
+        setup_ = std::make_shared<SetupCommand>(request, page_.recordings.folder());
+        page_.command = setup_;
+        return {};
     }
 
     [[nodiscard]] bool is_ours(const RequestHead& head) const {
@@ -300,6 +341,11 @@ private:
 
     /// Next piece of the answer; empty: not now; nullopt: the answer is complete.
     std::optional<std::string> next_piece() {
+        if (setup_) {
+            const std::string result = setup_->result();
+            setup_ = result.empty() ? setup_ : nullptr;
+            return result.empty() ? result : whole_answer(200, "application/json", result);
+        }
         if (playback_) {
             return playback_->next();
         }
@@ -320,6 +366,7 @@ private:
     bool wants_head_ = false;
     std::optional<EventStream> events_;
     std::unique_ptr<Playback> playback_;
+    std::shared_ptr<SetupCommand> setup_;
 };
 
 }  // namespace

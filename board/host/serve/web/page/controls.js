@@ -23,15 +23,17 @@ export function say(text) {
   }, kAnswerMs);
 }
 
-/// isQuiet: only a failure is shown.
+/// isQuiet: only a failure is shown. Returns the answer; null: the server is not reachable.
 export async function ask(request, isQuiet = false) {
   try {
     const response = await server.request(
         'control', {method: 'POST', headers: {'Content-Type': 'application/json', ...headers()}, body: JSON.stringify(request)});
     const {answer} = await response.json();
     if (!isQuiet || !response.ok) say(answer);
+    return answer;
   } catch {
     say('Server not reachable; nothing was changed.');
+    return null;
   }
 }
 

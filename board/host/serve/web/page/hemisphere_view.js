@@ -5,6 +5,7 @@ import {palette} from './palette.js';
 import {dispose, label} from './triad.js';
 
 const kBall_m = 0.035, kText_m = 0.07, kPlane_m = 0.3, kArrow_m = 0.12, kSmallText_m = 0.04;
+const kTarget_px = 30;
 
 export class HemisphereView {
   constructor() {
@@ -34,10 +35,19 @@ export class HemisphereView {
     const key = sides.map(side => side.name).join() + palette.bad;
     if (key !== this.key) this.#rebuild(sides);
     this.key = key;
+    this.sides = sides;
     this.balls?.forEach((ball, n) => {
       const along = sides[n].towards.reduce((sum, v, k) => sum + v * position_m[k], 0);
       ball.position.set(...position_m).multiplyScalar(along < 0 ? -1 : 1);
     });
+  }
+
+  /// Direction to the side whose ball is drawn at this place of the canvas; null: none.
+  sideAt(x, y, canvas, camera) {
+    const places = (this.sides ?? []).map((_, n) => this.balls[n].position.clone().project(camera));
+    const distances = places.map(p => Math.hypot((p.x + 1) / 2 * canvas.clientWidth - x, (1 - p.y) / 2 * canvas.clientHeight - y));
+    const nearest = distances.indexOf(Math.min(...distances));
+    return nearest >= 0 && distances[nearest] < kTarget_px ? this.sides[nearest].towards : null;
   }
 
   #rebuild(sides) {

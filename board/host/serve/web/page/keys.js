@@ -13,6 +13,7 @@ const kKeys = [
   ['c', 'c', 'capture a point'],
   ['v', 'v', 'capture the average of the last second'],
   ['t', 't', 'tools: points, pivot, recordings'],
+  ['s', 's', 'set-up of a device'],
   ['k', 'k', 'pause the plots, or follow again'],
   ['+', '+', 'zoom the plots in'],
   ['-', '-', 'zoom the plots out'],

@@ -14,6 +14,7 @@ import {Readout} from './readout.js';
 import {flags, learn} from './sample.js';
 import {Scene} from './scene.js';
 import {describe} from './scene_text.js';
+import {SetUp} from './setup.js';
 import {kScales, kUnits, onSystemTheme, set, settings} from './settings.js';
 import {besideOf, nameOf, page, take} from './state.js';
 import {showHealth, showRecording, showSource} from './status.js';
@@ -52,9 +53,24 @@ const readout = new Readout();
 const guide = new Guide(towards => ask({hemisphere: towards, sensor: page.selected ?? 0}));
 const tools = new Tools(element('tools'), say);
 const playback = new Playback(tools.recordings, showMode, say);
+const setup = new SetUp(element('setup'), {
+  shown: () => {
+    element('open_setup').setAttribute('aria-expanded', String(!element('setup').hidden));
+    if (!element('setup').hidden) showTools(false);
+  },
+  choose: on => {
+    const pane = document.body.dataset.pane;
+    if (on && pane === 'setup') showPane('scene');
+    if (!on && pane === 'scene' && matchMedia('(max-width: 900px)').matches && !element('setup').hidden) showPane('setup');
+    if (!page.shown.size) return;
+    placeSensors();
+    if (on) page.scene?.view.fit([...knownPositions(), ...knownPositions().map(p => p.map(v => -v))]);
+  }
+});
 const tour = page.tour = new Tour(element('tour'), request => ask(request, true), beginStep);
 const kLegendGap = 16;  // pixels
 const kAreaMs = 500;
+const kStill_px = 5;  // a longer way of the pointer turns the picture
 const work = page.work = new Work();
 let sceneRequested = false;
 let isFitted = false;  // the camera shows this run
@@ -114,7 +130,8 @@ function placeSensors() {
   }
   const pose = page.newest;
   const unknown = isLive() && pose?.names.includes('hemisphere_unknown') && Number.isFinite(pose.position_m[0]);
-  page.scene.hemisphere.show(pose?.position_m, unknown ? sidesOf(pose.position_m) : []);
+  const asks = unknown || (setup.choosing && isLive() && Number.isFinite(pose?.position_m[0]));
+  page.scene.hemisphere.show(pose?.position_m, asks ? sidesOf(pose.position_m) : []);
   follow();
   page.scene.hemisphere.confine(page.playback || tour.place || unknown ? null : page.status.confined_to?.[page.selected] ?? null);
   describe(element('scene'), [...page.shown.values()], isLive(), tour.metal);
@@ -246,7 +263,9 @@ function receive(message) {
     if (tracked.number === page.selected && taken.fresh) tour.add(pose, pose.t);
     if (!pose.valid || page.playback) continue;
     page.scene?.sensor(tracked.number).add(pose, settings.error_scale, begins);
-    if (tracked.number === page.selected) tools.collect(pose);
+    if (tracked.number !== page.selected) continue;
+    tools.collect(pose);
+    setup.collect(pose);
   }
   const newest = page.sensors.get(page.selected)?.newest;
   if (newest && fresh) page.latency_ms = page.status.now_ms - newest.utc_ms;
@@ -267,6 +286,7 @@ function receive(message) {
 function greet(hello) {
   showSource(hello.source);
   page.outdated = !learn(hello);
+  setup.greet(hello.page);
   tour.begin(hello.source?.tour);
   playback.openLink();
 }
@@ -391,7 +411,10 @@ function toggleTools() { showTools(element('tools').hidden); }
 function showTools(shown) {
   element('tools').hidden = !shown;
   element('open_tools').setAttribute('aria-expanded', String(shown));
-  if (shown) playback.refresh();
+  if (shown) {
+    if (!setup.isBusy) setup.close();
+    playback.refresh();
+  }
 }
 
 /// A narrow screen shows one part of the page: scene, plots, tools or controls.
@@ -399,6 +422,10 @@ function showPane(name) {
   document.body.dataset.pane = name;
   for (const button of document.querySelectorAll('[data-pane]:not(body)')) button.setAttribute('aria-pressed', String(button.dataset.pane === name));
   showTools(name === 'tools');
+  if (name === 'setup')
+    setup.open();
+  else if (!setup.isBusy)
+    setup.close();
   plots.drawnMs = 0;
   showChosen();
 }
@@ -440,6 +467,7 @@ const actions = {
   point: () => tools.capture(),
   average: () => tools.captureAverage(),
   open_tools: toggleTools,
+  open_setup: () => setup.toggle(),
   pause: () => plots.frozen ? plots.follow() : plots.pause(),
   closer: () => plots.zoom(0.5),
   wider: () => plots.zoom(2),
@@ -467,6 +495,7 @@ listen({
   c: pressed('point'),
   v: pressed('average'),
   t: pressed('open_tools'),
+  s: pressed('open_setup'),
   k: pressed('pause'),
   '+': pressed('closer'),
   '-': pressed('wider'),
@@ -486,6 +515,20 @@ listen({
   ']': () => tour.hasten(1),
   n: () => select(next(inOrder(), page.selected)),
   Escape: () => playback.leave()
+});
+
+// A side of the source is chosen in the picture.
+let pressedAt = [0, 0];
+element('scene').addEventListener('pointerdown', ({offsetX, offsetY}) => {
+  pressedAt = [offsetX, offsetY];
+}, true);
+element('scene').addEventListener('click', ({offsetX, offsetY}) => {
+  if (!page.scene || page.playback || Math.hypot(offsetX - pressedAt[0], offsetY - pressedAt[1]) > kStill_px) return;
+  const towards = page.scene.hemisphere.sideAt(offsetX, offsetY, element('scene'), page.scene.view.camera);
+  if (towards && setup.choosing)
+    setup.chooseSide(towards);
+  else if (towards && mayControl())
+    guide.answer(towards);
 });
 
 element('error_scale').append(...kScales.map(scale => new Option(`×${scale}`, String(scale))));
