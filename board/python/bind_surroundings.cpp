@@ -157,6 +157,7 @@ public:
         file.calibration.quadrature_floor = 1;  // of the coils alone
         set_surroundings(file, dipoles_of(dipoles), {dipoles_of(quadrature), deviation});
         file.calibration.misfit_floor = host::misfit_floor_of(misfit_share);
+        file.calibration.errors.floor_share = 1;  // of coils alone
         if (rigid.size() > 0) {
             const double* const p = rigid.data();
             file.source_stage = {{source_name_, {RowMajor3(p), Vec3<double>(p + 9)}}};
