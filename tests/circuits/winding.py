@@ -205,6 +205,17 @@ class Triads:
         spare = [coil.spare_in_window for coil in self.coils]
         return min(spare + [self.data["sensor"]["groove"] - coil.window for coil in self.sensor])
 
+    def misfits(self):
+        """What does not fit, a line each."""
+        found = [f"coil {inner.name} does not fit into {outer.name}: {-gap:.2f} mm too large; fewer turns, or a larger bore of {outer.name}"
+                 for inner, outer, gap in zip(self.source, self.source[1:], self.ring_gaps()) if gap < 0]
+        found += [f"coil {coil.name}: a layer of {coil.per_layer} turns is {-coil.spare_in_window:.2f} mm wider than the window"
+                  for coil in self.coils if coil.spare_in_window < 0]
+        found += [f"coil {coil.name}: its window is wider than the groove" for coil in self.sensor if coil.window > self.data["sensor"]["groove"]]
+        if self.groove_spare() < 0:
+            found.append(f"the sensor's coils are {-self.groove_spare():.2f} mm higher than its grooves; fewer turns, or a larger outside")
+        return found
+
     def wire_m(self, wire):
         """Length to buy, m: of all coils with this wire."""
         return 1e-3 * sum(coil.wire_mm for coil in self.coils if coil.wire is self.data["wire"][wire])

@@ -104,6 +104,17 @@ class HandPoses(FolderCase):
         self.assertLess(result["scale_deviation"], 5e-4)
         self.assertEqual(result["rests"], 144)
 
+    def test_quadratures_are_kept(self):
+        self.solved()
+        with open(self.path("posed.csv")) as file:
+            self.assertNotIn("q11", file.readline())
+        names = NAMES[:-1] + ["q" + i + j for i in "123" for j in "123"] + ["gain_step"]
+        for name, rows in (("grid.csv", self.grid), ("rests.csv", self.rests)):
+            self.write(name, table([[*row[:-1], *range(1, 10), row[-1]] for row in rows], names))
+        tricoil.hand_poses(self.path("grid.csv"), self.path("rests.csv"), self.path("posed.csv"), nodes=NODES, spacing_mm=100)
+        posed = np.genfromtxt(self.path("posed.csv"), delimiter=",", names=True)
+        self.assertEqual([set(posed[f"q{i}{j}"]) for i in "123" for j in "123"], [{float(n)} for n in range(1, 10)])
+
     def test_errors_of_the_board_matter(self):
         self.solved()
         fitted_mm = self.error_mm()

@@ -17,6 +17,7 @@ using virtual_board::BoardCircuit;
 
 constexpr protocol::ModeRequest kTdm{240'000, signal::Multiplexing::tdm, true};
 const sim::Pose kPlace{{0.3, 0.1, -0.05}, Quat<double>::Identity()};
+const sim::Pose kFullDrive{{0.8, 0.1, -0.05}, Quat<double>::Identity()};
 const sim::Pose kDummy{{60, 0, 0}, Quat<double>::Identity()};  // as the scenario `dummy`
 
 const std::string& page() {
@@ -85,7 +86,8 @@ struct Watched {
 std::string wiring_of(const Watched& watched) {
     std::string table = "x11,x12,x13,x21,x22,x23,x31,x32,x33\n";
     for (int n = 0; n < 9; ++n) {
-        table += fmt::format("{}{:.9g}", n == 0 ? "" : ",", watched.rows[static_cast<std::size_t>(n % 3)]["coupling"][n / 3].get<double>());
+        table += fmt::format("{}{:.9g}", n == 0 ? "" : ",",
+                             watched.rows[static_cast<std::size_t>(n % 3)]["coupling"][n / 3].get<double>());
     }
     const std::string path = test::write_file("check.csv", table + "\n");
     const auto result = test::run_program(TRICOIL_PROGRAM, "calibrate wiring --at 0.3,0.1,-0.05 " + path);
@@ -107,7 +109,8 @@ TEST(BringUp, DummyHasGainStepAndNoiseOfThePage) {
     }
 }
 
-/// From TP204 to each channel through a divider of 1 kohm and 1 ohm. The voltage of a carrier at 10.77 kHz, not in its derivative.
+/// From TP204 to each channel through a divider of 1 kohm and 1 ohm. The voltage of a carrier at 10.77 kHz, not in its
+/// derivative.
 TEST(BringUp, DividerHasTheLevelOfThePage) {
     const auto limits = stated(R"(Row S2 shows gain step (\d+) and ([\d.]+) % in this channel, within\s+(\d+) %)");
     constexpr double kSense_ohm = 0.33;
@@ -169,7 +172,7 @@ TEST(BringUp, TableOfFaultsFindsInjectedFaults) {
     using ::testing::HasSubstr;
     const BoardCircuit circuit = BoardCircuit::draw(1);
     const auto seen = [&](const std::vector<std::string>& world, const std::vector<std::string>& board = {}) {
-        return causes(Watched(circuit, kPlace, world, board).faults_text);
+        return causes(Watched(circuit, kFullDrive, world, board).faults_text);
     };
     EXPECT_THAT(seen({}), ElementsAre());
     EXPECT_THAT(seen({"open_coil:S2"}), ElementsAre(HasSubstr("coil, its cable or sense wire")));

@@ -74,8 +74,8 @@ host::CalibrationFile calibrated_by_hand(const host::PoseFile& rests) {
     const auto placed = test::run_program(TRICOIL_PYTHON, fmt::format("-c \"{}\"", program));
     EXPECT_EQ(placed.exit_code, 0) << placed.err;
     const auto fitted = test::run_program(
-        TRICOIL_PROGRAM, fmt::format("calibrate converters --model concentric --out {} --blob {} {}", cal,
-                                     test::path_in_temp("cal.bin"), posed));
+        TRICOIL_PROGRAM,
+        fmt::format("calibrate converters --model concentric --out {} --blob {} {}", cal, test::path_in_temp("cal.bin"), posed));
     EXPECT_EQ(fitted.exit_code, 0) << fitted.err;
     return host::read_calibration(cal);
 }

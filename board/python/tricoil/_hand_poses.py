@@ -43,6 +43,7 @@ class _Rests:
     x: np.ndarray  # (N, 3, 3)
     share: np.ndarray  # (N, 3, 3)
     step: np.ndarray  # (N,)
+    quadrature: np.ndarray  # (N, 3, 3); NaN if the file has none
 
     def __add__(self, other):
         return _Rests(*(np.concatenate(both) for both in zip(dataclasses.astuple(self), dataclasses.astuple(other))))
@@ -64,7 +65,8 @@ def _read(path):
                                   (left, "the couplings are left-handed; correct the wiring (tricoil calibrate wiring)")):
                 if wrong.any():
                     raise ValueError(f"{path}:{rows.lines[wrong.argmax()]}: {reason}")
-            parts.append(_Rests(x, share, step))
+            quadrature = matrices(table, rows, ["q" + entry for entry in ENTRIES], EXPECTED) if "q11" in table.names else np.full_like(x, np.nan)
+            parts.append(_Rests(x, share, step, quadrature))
     if not parts:
         raise ValueError(f"{path}: holds no rests")
     return sum(parts[1:], parts[0])
@@ -179,8 +181,10 @@ def hand_poses(grid, anywhere, out, *, nodes, spacing_mm, hemisphere=(1, 0, 0)) 
     if not (scale > 0 and rms_m < WORST_GRID * extent_m):
         raise ValueError(f"{os.fspath(grid)}: the rests are {1e3 * rms_m:.1f} mm RMS from the nodes: another order of the nodes, or the grid is on another "
                          "side of the source than hemisphere says")
-    names = [kind + entry for kind in "xa" for entry in ENTRIES] + ["gain_step", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
-    table = np.column_stack((rests.x.reshape(-1, 9), rests.share.reshape(-1, 9), rests.step, scale * position, wxyz(Rotation.from_matrix(turn))))
+    has_quadrature = np.isfinite(rests.quadrature).all()
+    kinds = {"x": rests.x, **({"q": rests.quadrature} if has_quadrature else {}), "a": rests.share}
+    names = [kind + entry for kind in kinds for entry in ENTRIES] + ["gain_step", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
+    table = np.column_stack((*(values.reshape(-1, 9) for values in kinds.values()), rests.step, scale * position, wxyz(Rotation.from_matrix(turn))))
     with OutputFile(os.fspath(out)) as file:
         file.write(",".join(names) + "\n" + "".join(",".join(f"{value:.9g}" for value in row) + "\n" for row in table))
         file.commit()
