@@ -26,7 +26,8 @@ inline calibration::Calibration<double> two_band_calibration() {
         const std::string out = path_in_temp("two_bands.toml");
         std::filesystem::remove_all(take);
         expect_done("run --scenario hand --duration 5 --fidelity columns --mux dual-band --rate-hz 240 --record " + take);
-        expect_done("calibrate low-band --calibration " + write_file("ideal.toml", to_toml(ideal)) + " --out " + out + " " + take);
+        expect_done("calibrate low-band --calibration " + write_file("ideal.toml", to_toml(ideal)) + " --out " + out + " " +
+                    take);
         return host::read_calibration(out).calibration.low_band.motion_lag_s;
     }();
     calibration::Calibration<double> coils;

@@ -2,7 +2,9 @@
 
 import math
 import os
+import types
 import unittest
+import unittest.mock
 
 import numpy as np
 from folder_case import FolderCase
@@ -137,12 +139,14 @@ class Order(unittest.TestCase):
         # A high column is lost: no pair with the older one, and no frame.
         ratio, lag = self.found(self.without(all_columns, [6 * 100, 6 * 200 + 1, 6 * 300 + 4]))
         self.assertEqual(ratio.columns, 3 * 720 - 3)
+        self.assertEqual(lag._count, 720 - 2 - 3 * 2)  # two frames are not complete; each part has two frames more than rates
         self.assertLess(np.max(np.abs(ratio.ratio - 1.01)), 1e-12)
         self.assertLess(np.linalg.norm(lag.lag_s - LAG_S), 1e-2 * np.linalg.norm(LAG_S))
         # 2 s are lost, and the clock begins again.
         times = all_columns.time_us.copy()
         times[6 * 400:] -= times[6 * 399]
         ratio, lag = self.found(self.without(Columns(times, *(getattr(all_columns, name) for name in list(Columns.__dataclass_fields__)[1:])), range(6 * 60, 6 * 240)))
+        self.assertEqual(lag._count, 540 - 3 * 2)
         self.assertLess(np.linalg.norm(lag.lag_s - LAG_S), 1e-2 * np.linalg.norm(LAG_S))
         self.assertLess(np.max(np.abs(ratio.ratio - 1.01)), 1e-12)
 
@@ -175,6 +179,12 @@ class Command(FolderCase):
             with self.assertRaisesRegex((ValueError, OSError), message):
                 tricoil.calibrate([self.folder], self.path("out.toml"), kind, **{"calibration": self.path("coils.toml"), **options})
         self.assertEqual(os.listdir(self.folder), [])
+
+    def test_a_build_without_calibration_says_so(self):
+        with unittest.mock.patch("tricoil._command._tricoil", types.SimpleNamespace(command=unittest.mock.Mock(side_effect=ValueError("--calibration: not built")))):
+            for kind in ("low-band", "pick-up", "surroundings"):
+                with self.assertRaisesRegex(ValueError, "calibration: not built"):
+                    tricoil.calibrate(["x"], "y", kind, calibration="z")
 
 
 if __name__ == "__main__":
