@@ -64,11 +64,8 @@ std::string to_text(HealthWarnings warnings, const HealthLimits& limits) {
     return text;
 }
 
-std::string firmware_text(std::uint32_t version) {
-    return fmt::format("{}.{}.{}", version >> 16U, version >> 8U & 0xFFU, version & 0xFFU);
-}
-
 nlohmann::ordered_json health_json(const LinkHealth& h) {
+    const std::uint32_t firmware = h.counts.firmware;
     return {{"warning", to_text(h.warnings, h.limits)},
             {"seen_warnings", to_text(h.seen_warnings, h.limits)},
             {"received", h.counts.received},
@@ -82,7 +79,7 @@ nlohmann::ordered_json health_json(const LinkHealth& h) {
             {"queued_bytes", h.counts.queued_bytes},
             {"most_queued_bytes", h.most_queued_bytes},
             {"serial", h.counts.serial > 0 ? fmt::format("{}", h.counts.serial) : ""},
-            {"firmware", h.counts.firmware > 0 ? firmware_text(h.counts.firmware) : ""},
+            {"firmware", firmware > 0 ? fmt::format("{}.{}.{}", firmware >> 16U, firmware >> 8U & 0xFFU, firmware & 0xFFU) : ""},
             {"temperature_c", h.counts.temperature_c ? nlohmann::ordered_json(*h.counts.temperature_c) : nullptr}};
 }
 

@@ -74,9 +74,6 @@ private:
 /// Warnings as text, with their limits; empty if there are none.
 std::string to_text(HealthWarnings warnings, const HealthLimits& limits);
 
-/// 1.2.3
-std::string firmware_text(std::uint32_t version);
-
 /// Every number, with its unit in its key.
 nlohmann::ordered_json health_json(const LinkHealth& health);
 

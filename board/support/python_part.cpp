@@ -27,6 +27,7 @@ std::filesystem::path program_part(const char* name, const std::string& user) {
 
 namespace {
 
+constexpr int kMostFiles = 1024;  // that may be open here
 using Marks = std::initializer_list<std::string_view>;
 
 /// False for a pipe, which would lose what is read.
@@ -37,12 +38,31 @@ bool begins_with(const std::string& path, Marks marks) {
            std::any_of(marks.begin(), marks.end(), [&](std::string_view mark) { return begin.starts_with(mark); });
 }
 
+}  // namespace
+
 drivers::FileDescriptor temporary_file() {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::tmpfile(), std::fclose);
     return drivers::FileDescriptor(file ? ::dup(::fileno(file.get())) : -1);
 }
 
-}  // namespace
+pid_t start_program(const std::string& path, std::vector<std::string> words, int out, int err) {
+    std::vector<char*> arguments;
+    for (std::string& word : words) {
+        arguments.push_back(word.data());
+    }
+    arguments.push_back(nullptr);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        ::dup2(out, STDOUT_FILENO);
+        ::dup2(err, STDERR_FILENO);
+        for (int file = STDERR_FILENO + 1; file < kMostFiles; ++file) {
+            ::close(file);
+        }
+        ::execv(path.c_str(), arguments.data());
+        ::_exit(127);
+    }
+    return child;
+}
 
 drivers::FileDescriptor table_of_arrays(const std::string& path) {
     if (!begins_with(path, {"\x93NUMPY", "PK\x03\x04", "MATLAB ", "\x89HDF\r\n"})) {
@@ -55,13 +75,8 @@ drivers::FileDescriptor table_of_arrays(const std::string& path) {
     const bool is_package = object.filename().string().starts_with("_tricoil.");  // the Python module
     const std::string python = is_package ? std::filesystem::read_symlink("/proc/self/exe").string() : kPython;
     const std::string script = is_package ? object.parent_path() / "_program.py" : program_part("_program.py", path);
-    const pid_t child = table.is_open() ? ::fork() : -1;
-    if (child == 0) {
-        ::dup2(table.get(), STDOUT_FILENO);
-        ::dup2(table.get(), STDERR_FILENO);
-        ::execl(python.c_str(), python.c_str(), "-I", script.c_str(), "table", "--", path.c_str(), nullptr);
-        ::_exit(127);
-    }
+    const pid_t child =
+        table.is_open() ? start_program(python, {python, "-I", script, "table", "--", path}, table.get(), table.get()) : -1;
     int status = -1;
     while (child > 0 && ::waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }

@@ -19,59 +19,41 @@ namespace tricoil::host {
 namespace {
 
 /// Framed messages; the page passes their bytes on.
-class PagePort final : public drivers::ReportingPort {
-public:
-    void put(std::span<const std::uint8_t> bytes) { received_.assign(bytes.begin(), bytes.end()); }
-    std::vector<std::uint8_t> take_unsent() { return std::exchange(unsent_, {}); }
-    [[nodiscard]] bool has_received() const { return !received_.empty(); }
+struct PagePort final : drivers::ReportingPort {
+    std::vector<std::uint8_t> unsent;
+    std::span<const std::uint8_t> received;
 
 private:
     Status do_open() override { return {}; }
-    void do_close() override { received_.clear(); }
+    void do_close() override {}
     Status do_send(std::span<const std::uint8_t> message) override {
-        const std::size_t begin = unsent_.size();
-        unsent_.resize(begin + protocol::kMaxFramedBytes);
-        unsent_.resize(begin + protocol::frame(message, std::span(unsent_).subspan(begin)));
+        const std::size_t begin = unsent.size();
+        unsent.resize(begin + protocol::kMaxFramedBytes);
+        unsent.resize(begin + protocol::frame(message, std::span(unsent).subspan(begin)));
         return {};
     }
     Status do_receive(hal::ReceivedMessage& message) override {
-        for (std::size_t n = 0; n < received_.size(); ++n) {
-            if (reader_.push(received_[n])) {
-                received_.erase(received_.begin(), received_.begin() + static_cast<std::ptrdiff_t>(n) + 1);
+        while (!received.empty()) {
+            const bool is_complete = reader_.push(received.front());
+            received = received.subspan(1);
+            if (is_complete) {
                 message = {reader_.message(), drivers::host_now(), 0};
                 return {};
             }
             damaged().count(reader_.error());
         }
-        received_.clear();
         return {StatusCode::not_ready, "no message"};
     }
     Status do_wait(Microseconds /*timeout*/) override { return {}; }
-
-    std::vector<std::uint8_t> received_;
-    std::vector<std::uint8_t> unsent_;
     protocol::StreamReader reader_;
 };
 
 struct Board {
-    Board() { status.controls = "open"; }
-
-    std::string event(const nlohmann::ordered_json& hello) {
-        const auto& session = loop.session();
-        status.health.counts.serial = session.identity().serial;
-        status.health.counts.firmware = session.identity().firmware;
-        status.now = utc_now();
-        for (ServedPose& served : poses) {
-            served.utc = status.now - (poses.back().pose.time - served.pose.time);
-        }
-        return web::pose_event(std::exchange(poses, {}), status, hello);
-    }
-
     PagePort port;
     tracking::TrackerTap<double> ignored;
     std::vector<ServedPose> poses;
     ExpectedError expected;
-    web::PageStatus status;
+    web::PageStatus status{.recording = {}, .controls = "open", .now = {}, .health = {}, .confinement = {}};
     linux_board::DeviceLoop loop{port, {}, {.method = method_of_name("direct")}, ignored, [this](const auto& pose) {
                                      poses.push_back({pose, {}, expected.after(pose)});
                                  }};
@@ -86,26 +68,26 @@ std::string text;  // of the last answer
 extern "C" {
 using namespace tricoil::host;
 
-/// Begins with a port that was opened. Returns the first event.
-const char* tricoil_board_begin() {
-    board.emplace();
-    text = board->event(web::greeting({{"kind", "device"}, {"device", "serial port"}}));
-    return text.c_str();
-}
+void tricoil_board_begin() { board.emplace(); }
 
 /// Takes bytes from the port; is_running: false switches the coils off. Returns the event that a server would send, or why there
 /// is none.
 const char* tricoil_board_advance(const std::uint8_t* bytes, int count, bool is_running) {
     try {
-        board->status.running = is_running;
-        board->port.put({bytes, static_cast<std::size_t>(count)});
-        if (!is_running) {
-            board->loop.stop();
-        }
+        auto& [port, ignored, poses, expected, status, loop] = *board;
+        port.received = {bytes, static_cast<std::size_t>(count)};
         do {
-            is_running ? board->loop.step(tricoil::Microseconds{}) : board->port.put({});
-        } while (board->port.has_received());
-        text = board->event(nullptr);
+            is_running ? loop.step(tricoil::Microseconds{}) : loop.stop();
+        } while (is_running && !port.received.empty());
+        status.running = is_running;
+        status.health.counts.serial = loop.session().identity().serial;
+        status.health.counts.firmware = loop.session().identity().firmware;
+        status.now = utc_now();
+        for (ServedPose& served : poses) {
+            served.utc = status.now - (poses.back().pose.time - served.pose.time);
+        }
+        text = web::pose_event(std::exchange(poses, {}), status,
+                               web::greeting({{"kind", "device"}, {"device", "serial port, not yet tested with hardware"}}));
     } catch (const std::exception& error) {
         text = error.what();
     }
@@ -114,7 +96,7 @@ const char* tricoil_board_advance(const std::uint8_t* bytes, int count, bool is_
 
 /// Bytes for the port, as hexadecimal digits.
 const char* tricoil_board_unsent() {
-    text = fmt::format("{:02x}", fmt::join(board->port.take_unsent(), ""));
+    text = fmt::format("{:02x}", fmt::join(std::exchange(board->port.unsent, {}), ""));
     return text.c_str();
 }
 

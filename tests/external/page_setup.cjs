@@ -119,10 +119,10 @@ async function calibration(browser, program, folder, check, pictures) {
   await save(page, pictures, 'set-up');
   check(true, `the coverage tells what is missing: ${await text(page, '#setup_calibration')}`);
   await page.click('#start_motion');
-  await says('#setup_calibration', /\d+ column frames, unexplained .* Start again with --calibration setup-free-motion-.*coils.toml/);
+  await says('#setup_calibration', /\d+ column frames, unexplained .* Start again with --calibration setup-free-motion-.*free-motion.toml/);
   check(true, `the calibration is made: ${await text(page, '#setup_calibration')}`);
   const name = fs.readdirSync(path.join(folder, 'hand'))[0];
-  const toml = fs.readFileSync(path.join(folder, 'hand', name, 'coils.toml'), 'utf8');
+  const toml = fs.readFileSync(path.join(folder, 'hand', name, 'free-motion.toml'), 'utf8');
   check(/hemisphere/.test(toml), 'its file is in the folder of the recording');
   await page.click('#start_surroundings');
   await page.waitForTimeout(1500);

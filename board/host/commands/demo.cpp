@@ -1,7 +1,7 @@
 // tricoil demo: the live page on a scripted tour.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <spawn.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,9 +22,8 @@
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
+#include "board/support/python_part.hpp"
 #include "board/support/terminal_text.hpp"
-
-extern char** environ;
 
 namespace tricoil::host {
 namespace {
@@ -46,16 +45,8 @@ void open_browser(const std::string& url) {
     if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) {
         return;
     }
-    std::string opener = "xdg-open";
-    std::string address = url;
-    char* const words[] = {opener.data(), address.data(), nullptr};
-    posix_spawn_file_actions_t quiet;
-    ::posix_spawn_file_actions_init(&quiet);
-    ::posix_spawn_file_actions_addopen(&quiet, 1, "/dev/null", 1, 0);
-    ::posix_spawn_file_actions_addopen(&quiet, 2, "/dev/null", 1, 0);
-    pid_t child = 0;
-    (void)::posix_spawnp(&child, words[0], &quiet, nullptr, words, environ);
-    ::posix_spawn_file_actions_destroy(&quiet);
+    const drivers::FileDescriptor quiet(::open("/dev/null", O_WRONLY | O_CLOEXEC));
+    (void)start_program("/usr/bin/xdg-open", {"xdg-open", url}, quiet.get(), quiet.get());
 }
 
 /// First character of a line that was typed since the last call; none without a terminal. Does not wait.

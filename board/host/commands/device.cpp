@@ -18,7 +18,6 @@
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/line_reader.hpp"
-#include "board/support/link_health.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/progress.hpp"
@@ -65,7 +64,7 @@ int list_devices(const DeviceCommand& command) {
 Json identity_json(const protocol::IdentifyMessage& m) {
     return {{"role", m.role == 1 ? "front end" : "tracker"},
             {"serial", m.serial},
-            {"firmware", firmware_text(m.firmware)},
+            {"firmware", fmt::format("{}.{}.{}", m.firmware >> 16U, m.firmware >> 8U & 0xFFU, m.firmware & 0xFFU)},
             {"protocol", {m.oldest_version, m.newest_version}},
             {"sensors", m.sensors},
             {"multiplexing", kMultiplexingNames[m.multiplexing]},

@@ -27,7 +27,7 @@ class BoardServer {
     this.#advance = (bytes, running) => event(advance(bytes, bytes.length, running));
     this.#unsent = module.cwrap('tricoil_board_unsent', 'string', []);
     this.#setHemisphere = module.cwrap('tricoil_board_set_hemisphere', null, ['number', 'number', 'number', 'number']);
-    this.first = event(module.cwrap('tricoil_board_begin', 'string', [])());
+    module._tricoil_board_begin();
     this.#read();
   }
 
@@ -46,15 +46,15 @@ class BoardServer {
 
   /// Calls take(message) for every event until the port is lost; then ended(why).
   start(take, ended) {
-    let first = this.first;
+    let isFirst = true;
     const timer = setInterval(() => {
       try {
         const bytes = new Uint8Array(this.#chunks.reduce((sum, chunk) => sum + chunk.length, 0));
         this.#chunks.reduce((at, chunk) => (bytes.set(chunk, at), at + chunk.length), 0);
         this.#chunks = [];
         const message = this.#advance(bytes, this.#running);
-        if (first) message.hello = first.hello;
-        first = null;
+        if (!isFirst) delete message.hello;  // the page learns it once
+        isFirst = false;
         this.#send();
         take(message);
         if (this.lost) throw new Error(this.lost);

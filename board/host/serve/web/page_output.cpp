@@ -313,18 +313,18 @@ private:
             return answer(400, "unknown request");
         }
         const auto number = request["page"].get<std::uint64_t>();
-        if (!page_.open_pages.contains(number)) {
-            return answer(409, "this page is not connected; wait until it is, and try again");
-        }
-        if (page_.setting_up != 0 && page_.setting_up != number) {
-            return answer(409, "another page sets up this device; close the set-up there first");
+        const char* const refusal =
+            !page_.open_pages.contains(number) ? "this page is not connected; wait until it is, and try again"
+            : page_.setting_up != 0 && page_.setting_up != number
+                ? "another page sets up this device; close the set-up there first"
+            : request.contains("run") && page_.command.lock() ? "a command of the set-up is running; wait until it ends"
+                                                              : nullptr;
+        if (refusal != nullptr) {
+            return answer(409, refusal);
         }
         page_.setting_up = request.contains("end") ? 0 : number;
         if (!request.contains("run")) {
             return answer(200, request.contains("end") ? "the set-up has ended" : "the set-up has begun");
-        }
-        if (page_.command.lock()) {
-            return answer(409, "a command of the set-up is running; wait until it ends");
         }
         setup_ = std::make_shared<SetupCommand>(request, page_.recordings.folder());
         page_.command = setup_;

@@ -32,40 +32,19 @@ bool is_complete(const fs::path& recording) {
     }
 }
 
-/// Collects text and passes it on in pieces.
-class Pieces {
-public:
-    explicit Pieces(const std::function<bool(std::string_view)>& put) : put_(put) {}
-
-    std::string& text() { return text_; }
-    /// Passes the text on if there is enough of it, or at the end. False if the client does not take it.
-    bool pass(std::size_t enough) {
-        if (text_.size() < enough || text_.empty()) {
-            return true;
-        }
-        const bool taken = put_(text_);
-        text_.clear();
-        return taken;
-    }
-
-private:
-    const std::function<bool(std::string_view)>& put_;
-    std::string text_;
-};
-
 /// Appends the poses, at most kMostPlayedPoses; false if the client does not take them.
-bool put_lines(RecordLines& lines, Pieces& pieces) {
+bool put_lines(RecordLines& lines, std::string& text, const std::function<bool(std::size_t)>& pass) {
     std::size_t count = 0;
     ExpectedError expected;
     for (std::string line; lines.next(line); ++count) {
         if (count == kMostPlayedPoses) {
-            pieces.text() += Json{{"error", fmt::format("only the first {} poses are sent", count)}}.dump() + "\n";
+            text += Json{{"error", fmt::format("only the first {} poses are sent", count)}}.dump() + "\n";
             return true;
         }
         const auto pose = parse_pose(line, lines.where());
-        put_compact({pose, utc_time_us(to_us(pose.time)), expected.after(pose)}, pieces.text());
-        pieces.text() += '\n';
-        if (!pieces.pass(kPieceBytes)) {
+        put_compact({pose, utc_time_us(to_us(pose.time)), expected.after(pose)}, text);
+        text += '\n';
+        if (!pass(kPieceBytes)) {
             return false;
         }
     }
@@ -107,20 +86,21 @@ Recording RecordingLibrary::open(const std::string& name, const std::function<vo
 
 void send_poses(const Recording& recording, const std::function<bool(std::string_view)>& put) {
     const fs::path path(recording.folder());
-    Pieces pieces(put);
-    pieces.text() = json_line({{"name", path.filename().string()},
-                               {"started", recording.description().value("started", nlohmann::json())},
-                               {"complete", recording.complete()}}) +
-                    "\n";
+    std::string text = json_line({{"name", path.filename().string()},
+                                  {"started", recording.description().value("started", nlohmann::json())},
+                                  {"complete", recording.complete()}}) +
+                       "\n";
+    /// Passes the text on if there is enough of it. False if the client does not take it.
+    const auto pass = [&](std::size_t enough) { return text.size() < enough || put(std::exchange(text, {})); };
     try {
         RecordLines lines(recording.folder(), RecordFile::poses);
-        if (!put_lines(lines, pieces)) {
+        if (!put_lines(lines, text, pass)) {
             return;
         }
     } catch (const std::exception& failure) {
-        pieces.text() += json_line({{"error", without_folder(failure.what(), path.parent_path().string())}}) + "\n";
+        text += json_line({{"error", without_folder(failure.what(), path.parent_path().string())}}) + "\n";
     }
-    pieces.pass(0);
+    pass(1);
 }
 
 Playback::Playback(const std::string& folder, const std::string& name, bool takes_chunks)

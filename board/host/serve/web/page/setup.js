@@ -222,7 +222,6 @@ export class SetUp {
   /// Begins a recording of the set-up. Returns its name, or null after a sentence in the field `id`.
   async #record(kind, id) {
     const refusal = page.playback                     ? 'Leave the playback first.' :
-        page.status.recording                         ? 'A recording is running: end it first.' :
         !page.newest || page.link !== 'live'          ? 'No poses now.' :
         page.sensors.size > 1                         ? 'The set-up is for one sensor: unplug the others, and start tricoil serve again.' :
                                                         '';
@@ -233,7 +232,7 @@ export class SetUp {
     const name = `setup-${kind}-${stamp()}`;
     const answer = await ask({record: true, name}, true);
     if (answer?.startsWith('recording into')) return name;
-    this.#put(id, answer ?? 'Server not reachable.');
+    this.#put(id, answer === 'already recording' ? 'A recording is running: end it first.' : answer ?? 'Server not reachable.');
     return null;
   }
 
@@ -247,7 +246,7 @@ export class SetUp {
     await new Promise(done => setTimeout(done, kWiring_ms));
     this.motion = null;
     await ask({record: false}, true);
-    const answer = await this.#run('setup_wiring', {run: 'wiring', recording, at});
+    const answer = await this.#run('setup_wiring', {run: 'wiring', recording, options: [`--at=${at}`]});
     if (!answer) return;
     const {sensor, source, certain, straight} = answer.result;
     this.#put(
@@ -294,7 +293,9 @@ export class SetUp {
   #showMotion() {
     const {step, id, coverage} = this.motion;
     if (!coverage) return;
-    if (!page.status.recording) {
+    // The status comes after the answer to the request.
+    this.motion.begun ||= page.status.recording;
+    if (this.motion.begun && !page.status.recording) {
       this.#endMotion();
       return this.#put(id, page.status.recording_error || 'The recording was ended by another page.');
     }
@@ -312,7 +313,7 @@ export class SetUp {
     element(this.motion.button ?? 'start_motion').textContent = 'Start';
     element('start_motion').classList.remove('primary');
     this.motion = null;
-    if (page.status.recording) return ask({record: false}, true);
+    return ask({record: false}, true);
   }
 
   async #finishMotion() {
@@ -326,9 +327,9 @@ export class SetUp {
                   coverage.flagged || coverage.worst?.mm > 2 ? 'Remove the metal, or calibrate it: tricoil calibrate surroundings.' :
                                                                'No metal that disturbs.'}`);
     const constant = numberIn(element('constant'));
-    const request = step === 'pivot' ? {run: step, recording} :
-                                       {run: step, recording, hemisphere, ...Number.isFinite(constant) ? {'coupling-constant': constant} : {}};
-    const answer = await this.#run(id, request);
+    const options = step === 'pivot' ? [] : [`--hemisphere=${hemisphere}`];
+    if (step !== 'pivot' && Number.isFinite(constant)) options.push(`--coupling-constant=${constant}`);
+    const answer = await this.#run(id, {run: step, recording, options});
     if (answer) this.#put(id, step === 'pivot' ? pivotText(answer) : calibrationText(answer, Number.isFinite(constant)));
     if (step === 'free-motion' && !coverage.isGood) this.#put(id, `${element(id).textContent} ${coverage.text.slice(0, 2).join(' ')}`);
   }
