@@ -46,6 +46,7 @@ class Pivot(unittest.TestCase):
             result = tricoil.pivot(path)
             self.assertEqual((result["sensor"], result["poses"], result["warnings"]), (2, len(poses), []))
             self.assertEqual(tricoil.command("calibrate pivot", path)["tip_m"], result["tip_m"])
+            self.assertEqual(tricoil.pivot(tricoil.read_poses(path))["tip_m"], result["tip_m"])
             with open(path, encoding="utf-8") as file:
                 text = file.read()
             with open(path, "w", encoding="utf-8") as file:

@@ -27,6 +27,15 @@ class Plot(unittest.TestCase):
         figure = tricoil.plot.motion(updates, "I")
         np.testing.assert_array_equal(figure.axes[2].lines[1].get_ydata(), updates["e_beta_rad"][:, 1])
 
+    def test_motion_error(self):
+        """Bands and medians of each bin; no legend covers data."""
+        run = tricoil.run("hand", mux="tdm", deskew=False, fidelity="columns", duration_s=3)
+        result = tricoil.motion_error(run.poses[run.poses["valid"]][2::3], "tdm:3/720")
+        for axes in tricoil.plot.motion_error(result).axes:
+            highest = max(np.nanmax(line.get_ydata()) for line in axes.lines)
+            self.assertGreater(axes.get_ylim()[1], 1.2 * highest)
+            self.assertEqual((axes.get_ylim()[0], len(axes.collections)), (0, 1))
+
     def test_run_without_poses(self):
         run = tricoil.run("still", duration_s=0.1)
         with self.assertRaisesRegex(ValueError, "no poses"):

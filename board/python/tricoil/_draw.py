@@ -241,14 +241,14 @@ def dynamic_errors():
             x, middle, low, high = bins(column(file, values)[used], column(file, name)[used])
             one.fill_between(x, low, high, color=color, alpha=0.2, lw=0)
             one.plot(x, middle, color=color, label=label, lw=1.1, marker="o", ms=2.5)
-        panel(one, f"Position error against {by.split(' (')[0].lower()}", by, "Error (mm)")
+        panel(one, f"Position error against {by.split(' (')[0].lower()}", by, "Median, quartiles (mm)")
     measured = np.concatenate([column(file, f"measured_{axis}_mm")[used] for axis in "xyz"])
     predicted = np.concatenate([column(file, f"predicted_{axis}_mm")[used] for axis in "xyz"])
     x, middle, low, high = bins(measured, predicted)
     axes[3].fill_between(x, low, high, color=RED, alpha=0.2, lw=0)
     axes[3].plot(x, middle, color=RED, label="measured", lw=1.1, marker="o", ms=2.5)
     axes[3].plot(x, x, color="black", label="equal", lw=0.8)
-    panel(axes[3], "Components: measured against predicted", "Predicted (mm)", "Measured (mm)")
+    panel(axes[3], "Components: measured against predicted", "Predicted (mm)", "Median, quartiles (mm)")
     return figure
 
 

@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 from . import _tricoil
 from ._output_file import refuse_input_as_output
 from ._pivot_fit import calibrate
-from ._poses import PoseError, read
+from ._poses import PoseError, Poses, read
 
 SENSORS = 4  # of a tracker; tracking::kMaxSensors
 
 
-def pivot(poses: NDArray | str | os.PathLike, *, sensor: int | None = None, out: str | os.PathLike | None = None) -> dict:
+def pivot(poses: NDArray | Poses | str | os.PathLike, *, sensor: int | None = None, out: str | os.PathLike | None = None) -> dict:
     """Tip offset of a pointer that was tilted to all sides while its tip rested at one point.
 
     poses: Run.poses, load(), or another structured array with their fields position_m, quaternion_wxyz, covariance, and optionally
-    valid and sensor, in order of time; or a file that read_poses() reads, or the folder of a recording. Without standard deviations those of the
+    valid and sensor, in order of time; or what read_poses() returns, a file that it reads, or the folder of a recording. Without standard deviations those of the
     tip are from the residuals. sensor: needed if there are several. out: TOML file for `tricoil run --tip` and `tricoil serve --tip`.
 
     Returns a dictionary: tip_m (sensor frame) with tip_std_m and tip_covariance_m2, pivot_m (source frame) with pivot_std_m,
@@ -29,11 +29,11 @@ def pivot(poses: NDArray | str | os.PathLike, *, sensor: int | None = None, out:
     >>> source.set_tip(tip["tip_m"], covariance_m2=tip["tip_covariance_m2"])
     """
     target = "" if out is None else os.fspath(out)
-    if isinstance(poses, (str, os.PathLike)):
+    if isinstance(poses, (str, os.PathLike, Poses)):
         from ._command import own_names
 
         try:
-            return of_file(os.fspath(poses), sensor, target)
+            return of_poses(poses, poses.name, target) if isinstance(poses, Poses) else of_file(os.fspath(poses), sensor, target)
         except ValueError as error:
             raise ValueError(own_names(str(error))) from None
     return of_rows(np.asarray(poses), sensor, target)
@@ -48,7 +48,11 @@ def of_file(path: str, sensor: int | str | None, out: str) -> dict:
         if sensor is not None and str(sensor) not in map(str, range(SENSORS)):
             raise PoseError(f"--sensor must be 0 to {SENSORS - 1}; is {sensor}")
         return named(of_rows, path, load(path), None if sensor is None else int(sensor), out)
-    poses = read(path, sensor=sensor, rate_hz=1)  # a file without time is in order of time
+    return of_poses(read(path, sensor=sensor, rate_hz=1), path, out)  # a file without time is in order of time
+
+
+def of_poses(poses: Poses, path: str, out: str) -> dict:
+    """Of poses of any tracker. Raises PoseError."""
     if poses.quaternion_wxyz is None:
         raise PoseError(f"{path}: has positions only; attitudes are needed for the tip")
     number = int(poses.sensor) if poses.sensor in map(str, range(SENSORS)) else 0

@@ -108,7 +108,7 @@ def motion_error(result: MotionError) -> "Figure":
         axes.legend(loc="upper left", ncols=2, fontsize="small")
     for axes in (by_time, *others):
         axes.set_ylabel("error, mm")
-        axes.set_ylim(bottom=0)
+        axes.set_ylim(0, 1.25 * axes.get_ylim()[1])  # the legend is above the data
     return figure
 
 
