@@ -118,7 +118,7 @@ class HandPoses(FolderCase):
     def test_errors_of_the_board_matter(self):
         self.solved()
         fitted_mm = self.error_mm()
-        with mock.patch("tricoil._hand_poses.GAIN_ERROR", 1e-9), mock.patch("tricoil._hand_poses._expected_jumps", lambda: np.full(14, 1e-12)):
+        with mock.patch("tricoil._hand_fit.GAIN_ERROR", 1e-9), mock.patch("tricoil._hand_fit._expected_jumps", lambda: np.full(14, 1e-12)):
             self.solved()
         self.assertGreater(self.error_mm(), 2 * fitted_mm)
 
