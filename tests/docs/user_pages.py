@@ -9,7 +9,7 @@ import re
 ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 PAGES = ["README.md", "board/host/GETTING-STARTED.md", "core/error_model/FOR-RESEARCHERS.md", "board/host/serve/FOR-INTEGRATORS.md", "board/host/serve/USE-FROM.md", "drivers/FOR-HARDWARE-BUILDERS.md", "drivers/YOUR-OWN-COILS.md",
          "core/tracking/METAL.md", "board/python/README.md", "board/ACCURACY.md", "board/ARCHITECTURE.md", "board/SECURITY.md",
-         "toolchain/package/INSTALL.md", "board/virtual_board/README.md", ".github/CONTRIBUTING.md", "board/nucleo_g474re/HARDWARE.md",
+         "toolchain/package/INSTALL.md", "board/virtual_board/README.md", ".github/CONTRIBUTING.md", "board/nucleo_g474re/HARDWARE.md", "board/nucleo_g474re/BRING-UP.md",
          *(f"board/nucleo_g474re/circuits/{name}.md" for name in ("README", "POWER-STAGE", "ENABLE", "PREAMPLIFIER", "SAFETY"))]
 NOT_RUN = {"hardware": "needs a device", "root": "needs root", "browser": "needs a browser", "build": "builds or installs",
            "long": "takes minutes"}
