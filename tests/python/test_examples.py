@@ -29,7 +29,7 @@ class Notebooks(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             folders = {key: folder for key in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_CONFIG_DIR", "MPLCONFIGDIR")}
             with mock.patch.dict(os.environ, {**folders, "PYDEVD_DISABLE_FILE_VALIDATION": "1"}):
-                client = NotebookClient(notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": folder}})
+                client = NotebookClient(notebook, timeout=600, startup_timeout=300, kernel_name="python3", resources={"metadata": {"path": folder}})
                 asyncio.run(client.async_execute())
         self.assertNotIn("stderr", outputs(notebook, "name"))
         return notebook

@@ -45,7 +45,6 @@ class Fit:
 def fit(points: NDArray, holes: NDArray, names: tuple = (), mean_turn: NDArray | None = None) -> Fit | None:
     """Least squares: point = (1 + strain) (turn hole + shift) [- mean_turn tip]. None if these points do not determine it."""
     turn, shift = rigid(holes, points)
-    strain, tip = np.zeros((3, 3)), np.zeros(3)
     count = 6 + len(names) + (3 if mean_turn is not None else 0)
     if 3 * len(points) <= count:
         return None

@@ -171,6 +171,6 @@ def text(r):
 
 def row(name, poses, band):
     predicted = f"{1e3 * band['predicted_rms_m']:.3f} mm" if "predicted_rms_m" in band else ""
-    ends = band["left_interval_m"]
-    between = f" ({1e3 * ends[0]:.3f} to {1e3 * ends[1]:.3f})" if ends else ""
+    low, high = band["left_interval_m"]
+    between = "" if low is None else f" ({1e3 * low:.3f} to {1e3 * high:.3f})"
     return f"  {name:<23} {poses:>7} {1e3 * band['position_rms_m']:>6.3f} mm {predicted:>10}  {1e3 * band['left_rms_m']:.3f}{between} mm"

@@ -40,9 +40,9 @@ def resampled(time_s, *values):
 
 
 def interval(ratio):
-    """95 % interval of a bootstrap; None if the poses are in too few blocks for it: resamples without any of them are NaN."""
+    """95 % interval of a bootstrap; None twice if the poses are in too few blocks for it: resamples without any of them are NaN."""
     known = ratio[np.isfinite(ratio)]
-    return [float(v) for v in np.percentile(known, (2.5, 97.5))] if len(known) > 0.95 * len(ratio) else None
+    return [float(v) for v in np.percentile(known, (2.5, 97.5))] if len(known) > 0.95 * len(ratio) else [None, None]
 
 
 def of_blocks(squares, counts):
