@@ -52,14 +52,22 @@ constexpr std::array<TextOption, 12> kSimulateOptions{{
     {"--seed", "Of poses and noise (default 1)", "N"},
 }};
 
-constexpr std::array<TextOption, 7> kSolveOptions{{
+constexpr std::array<TextOption, 5> kCoilOptions{{
     {"--generator", "Generator (TOML) of calibrate or simulate", kFileType},
-    {"--out", "Poses as CSV or, with .jsonl, JSON lines; the rotation about the axis of the coil is undefined", kFileType},
     {"--gain", "Of the sensor coil, or unknown, so that it is estimated; default: of the calibration", "GAIN"},
     {"--sigma", "Noise of one coupling; default: column sigma", "SIGMA"},
     {"--side", "Direction from the generator to the half space of the sensor", "X,Y,Z"},
     {"--without", "Coils to leave out", "NAME,..."},
+}};
+constexpr std::array<TextOption, 2> kSolveOptions{{
+    {"--out", "Poses as CSV or, with .jsonl, JSON lines; the rotation about the axis of the coil is undefined", kFileType},
     {"--slot-s", "Coils in turn: duration of a slot; also predicts the motion error", "SECONDS"},
+}};
+constexpr std::array<TextOption, 2> kTrackOptions{{
+    {"--slot-s", "Duration of a slot; time_s is the middle of the slots of a row, in the order of the coils; 0: at once",
+     "SECONDS"},
+    {"--out", "Poses as poses.csv of a recording or, with .jsonl, JSON lines; - is standard output, for --device poses:-",
+     kFileType},
 }};
 
 constexpr std::array<TextOption, 2> kCalibrateOptions{{
@@ -202,7 +210,15 @@ void add_generator_command(CLI::App* sub, Action& action) {
         {{"poses", "tricoil generator solve coil.csv --generator planar.toml --side 0,0,1 --out needle.csv"},
          {"poses of a body", "tricoil generator solve coils.csv --body --generator body.toml --side 0,0,1 --out body.csv"}});
     solve->add_flag("--follow")->description("Rows are successive poses: each search begins at the last one");
-    solve->add_flag("--body")->description("The sensor coils are on one body: its poses, six degrees of freedom");
+    CLI::App* const track = add_action(
+        sub, action, "track", "Poses of moving sensor coils by a filter, from couplings that are measured in turn",
+        "Table of couplings (CSV), - is standard input, or ILEMT text of each mounting", kTrackOptions,
+        {{"a needle", "tricoil generator track coil.csv --generator planar.toml --side 0,0,1 --slot-s 0.003 --out needle.csv"},
+         {"live", "tricoil generator track - --generator planar.toml --slot-s 0.003 --out - | tricoil serve --device poses:-"}});
+    for (CLI::App* const one : {solve, track}) {
+        add_text_options(one, kCoilOptions);
+        one->add_flag("--body")->description("The sensor coils are on one body: its poses, six degrees of freedom");
+    }
     add_action(sub, action, "calibrate", "Coils of a generator from couplings at known poses",
                "Table of couplings and poses (CSV), or ILEMT text of each mounting", kCalibrateOptions,
                {{"a generator", "tricoil generator calibrate coil.csv --out generator.toml"}});

@@ -38,7 +38,7 @@ MODULES = {"bench": ("_bench", "one"), "calibrate wiring": ("_wiring_command", "
            "couplings": ("_couplings_command", "none"), "demodulate": ("_demodulate", "one"),
            "design": ("_design", "none"), "figures": ("_figures", "none"), "motion": ("_motion_command", "none"), "truth": ("_truth_command", "all"),
            "generator simulate": ("_generator_simulate", "none"), "generator solve": ("_generator_solve", "all"),
-           "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "plot": ("_plot_command", "one")}
+           "generator track": ("_generator_track", "all"), "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "plot": ("_plot_command", "one")}
 NEEDED = {"demodulate": "carrier_hz", "figures": "out"}
 
 
