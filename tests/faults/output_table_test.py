@@ -72,7 +72,7 @@ ROWS = {
     "truth": {STDOUT: "optics.csv", "--out": "optics.csv --out {out}", "--plot": "optics.csv --plot {out}.svg"},
     "generator simulate": {STDOUT: "--out coil.csv", "--out": "--out {out}", "--save": "--out /dev/null --save {out}"},
     "generator solve": {STDOUT: "coil.csv --generator planar.toml", "--out": "coil.csv --generator planar.toml --out {out}"},
-    "generator track": {STDOUT: "coil.csv --generator planar.toml --slot-s 0", "--out": "coil.csv --generator planar.toml --slot-s 0 --out {out}"},
+    "generator track": {STDOUT: "needle.csv --generator planar.toml --slot-s 0.003", "--out": "needle.csv --generator planar.toml --slot-s 0.003 --out {out}"},
     "generator calibrate": {STDOUT: "coil.csv --out generator.toml", "--out": "coil.csv --out {out}"},
     "device list": {STDOUT: ""},
     "device info": {STDOUT: "{device}"},

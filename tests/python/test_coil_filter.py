@@ -140,7 +140,7 @@ class Disturbed(unittest.TestCase):
             rms, _, beyond, _ = world.score(poses)
             with self.subTest(frames):
                 self.assertEqual(one.counters["starts"], starts)
-                after = poses[poses["time_s"] > world.times[100 + frames + 3, 0]]
+                after = poses[poses["time_s"] > world.times[100 + frames + 4, 0]]
                 self.assertTrue(after["valid"].mean() > 0.95 and rms < 1e-3 and beyond < 1e-3)
 
     def test_a_jump_is_a_loss(self):
@@ -215,6 +215,22 @@ class Command(unittest.TestCase):
             with self.subTest(name):
                 refused(says)
 
+    def test_other_order_and_flat_coils(self):
+        with open(self.path("c.csv")) as file:
+            lines = file.read().splitlines()
+        with open(self.path("c.csv"), "w") as file:  # two coils are exchanged
+            file.write("\n".join([lines[0].replace("c2", "c0").replace("c5", "c2").replace("c0", "c5"), *lines[1:]]) + "\n")
+        result, _ = self.track(gain=1)
+        self.assertTrue(result["valid"] < 0.1 * result["poses"] and "in the same order" in result["notes"][0], result)
+        flat = tricoil.Generator(tuple(f"c{n + 1}" for n in range(8)), tricoil.planar_generator().position_m, np.tile([0, 0, 5e-3], (8, 1)))
+        with open(self.path("g.toml"), "w") as file:
+            file.write(tricoil._generator.to_toml(flat))
+        _generator_simulate.run(out=self.path("c.csv"), generator=self.path("g.toml"), path=self.path("path.csv"), slot_s=SLOT_S, place="0,0,0.24")
+        result, _ = self.track(gain=1, side=None)
+        self.assertTrue(result["valid"] == 0 and "--side" in result["notes"][0], result)
+        result, _ = self.track(gain=1)
+        self.assertTrue(result["truth"]["wrong"] == 0 and result["truth"]["position_rms_m"] < 1e-3, result)
+
     def test_arguments(self):
         generator = tricoil.planar_generator()
         wrong = lambda says, **options: self.assertRaisesRegex(ValueError, says, tricoil.CoilFilter, generator, **{"frame_s": FRAME_S, **options})
@@ -237,7 +253,7 @@ class Command(unittest.TestCase):
             lines = subprocess.run(track, stdin=couplings, capture_output=True, text=True, check=True).stdout
         done = subprocess.run([program, "run", "--device", "poses:-", "--out", self.path("out.csv"), "--json"], input=lines, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
-        result = json.loads(done.stdout)
+        result = json.loads(done.stdout.splitlines()[-1])
         self.assertEqual(result["flags_seen"].split(", ")[-1], "roll_undefined", result)
         with open(self.path("out.csv")) as file:
             self.assertIn("roll_undefined", file.read().splitlines()[-1])

@@ -213,7 +213,7 @@ void add_generator_command(CLI::App* sub, Action& action) {
     CLI::App* const track = add_action(
         sub, action, "track", "Poses of moving sensor coils by a filter, from couplings that are measured in turn",
         "Table of couplings (CSV), - is standard input, or ILEMT text of each mounting", kTrackOptions,
-        {{"a needle", "tricoil generator track coil.csv --generator planar.toml --side 0,0,1 --slot-s 0.003 --out needle.csv"},
+        {{"a needle", "tricoil generator track needle.csv --generator planar.toml --side 0,0,1 --slot-s 0.003 --out poses.csv"},
          {"live", "tricoil generator track - --generator planar.toml --slot-s 0.003 --out - | tricoil serve --device poses:-"}});
     for (CLI::App* const one : {solve, track}) {
         add_text_options(one, kCoilOptions);

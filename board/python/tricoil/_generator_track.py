@@ -104,7 +104,8 @@ def _errors(poses, frames, generator, where, rows_of):
     p, n = (CubicSpline(frames.time_s, one)(at) for one in truth)
     turned = np.tile(np.eye(6), (len(at), 1, 1))
     turned[:, 3:, 3:] = -crosses(rows["axis"])  # of a small rotation
-    rows["covariance"] = turned @ rows["covariance"] @ turned.transpose(0, 2, 1)
+    known = np.where(poses["valid"][:, None, None], rows["covariance"], 0)
+    rows["covariance"] = turned @ known @ turned.transpose(0, 2, 1)
     return _compared(rows, (p, n / np.linalg.norm(n, axis=1, keepdims=True)))
 
 
@@ -144,12 +145,13 @@ def run(files, generator=None, out=None, gain=None, sigma=None, side=None, witho
                 poses.setdefault(one, []).append(here)
             counts["poses"] += len(here)
             counts["valid"] += int(here["valid"].sum())
+            ambiguous.append(bool((here["flags"] & Flag.HEMISPHERE_UNKNOWN).any()))
             number_of = sorted(filters).index(one)
             found.append((here["time_s"], _json_lines(here, number_of, not body) if is_json else _recorded_lines(here, number_of, counts["poses"] - len(here))))
         at, lines = (np.concatenate([f[0] for f in found]), [line for f in found for line in f[1]])
         return "".join(lines[n] + "\n" for n in np.argsort(at, kind="stable"))
 
-    counts = {"poses": 0, "valid": 0}
+    counts, ambiguous = {"poses": 0, "valid": 0}, []
     is_json = out is not None and os.fspath(out).endswith((".jsonl", ".json"))
     with OutputFile(os.fspath(out)) if out is not None else contextlib.nullcontext() as file:
         if file and not is_json:
@@ -165,12 +167,18 @@ def run(files, generator=None, out=None, gain=None, sigma=None, side=None, witho
     if len(every) == 1:
         truth = _errors(next(iter(every.values())), frames, coils, where, rows_of)
     total = {name: sum(one.counters[name] for one in filters.values()) for name in ("outliers", "starts", "losses")}
-    return counts | total | {"roll": "determined" if body else "undefined", "truth": truth}, every
+    notes = []
+    if any(ambiguous) and side is None:
+        notes.append("poses on both sides of the generator fit: give the side of the sensor with --side")
+    elif counts["valid"] < counts["poses"] / 2:
+        notes.append("few poses are valid: are the coils those of the generator's calibration, in the same order?")
+    return counts | total | {"roll": "determined" if body else "undefined", "truth": truth, "notes": notes}, every
 
 
 def text(r: dict) -> str:
     """The result as lines."""
     angle = "axis_rms_deg" if r["roll"] == "undefined" else "rotation_rms_deg"
     lines = [f"{r['valid']} of {r['poses']} poses valid{'; ' + ROLL if r['roll'] == 'undefined' else ''}",
-             f"  {r['starts']} starts, {r['losses']} losses, {r['outliers']} columns refused", *compared_lines(r["truth"], angle)]
+             f"  {r['starts']} starts, {r['losses']} losses, {r['outliers']} columns refused", *compared_lines(r["truth"], angle),
+             *(f"  note: {note}" for note in r["notes"])]
     return "\n".join(lines) + "\n"

@@ -149,6 +149,7 @@ PoseFlags CoilTracker<Scalar>::start() {
         }
     }
     settled_ = frame();
+    awaited_ = 2 * losses_ * frame();
     last_used_ = state_.time;
     is_running_ = true;
     ++counters_.acquisitions;
@@ -192,6 +193,7 @@ bool CoilTracker<Scalar>::use(const Column& column) {
     adaptation_.add(motion, state_, innovation, whitened, false, settled_ >= 2 * frame(), couplings);
     update_with(innovation);
     settled_ = std::min(settled_ + 1, 3 * frame());
+    losses_ -= awaited_ == 1 ? losses_ / 2 : 0;
     awaited_ -= awaited_ > 0 ? 1 : 0;
     last_used_ = column.midpoint;
     return true;
@@ -200,6 +202,7 @@ bool CoilTracker<Scalar>::use(const Column& column) {
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> CoilTracker<Scalar>::update(const Column& column) {
     constexpr std::int64_t kLostFrames = 4;
+    constexpr std::size_t kMostLosses = 8;
     const bool is_late = !columns_.empty() && column.midpoint < columns_[columns_.size() - 1].midpoint;
     if (column.source >= frame() || !(column.in_phase + column.sigma).allFinite() || column.sigma.minCoeff() < 0 || is_late) {
         return std::nullopt;
@@ -217,7 +220,7 @@ std::optional<PoseEstimate<Scalar>> CoilTracker<Scalar>::update(const Column& co
         if (!use(column) && ((refusals_ & 7U) == 7U || !scaat::is_possible(state_))) {
             ++counters_.reacquisitions;
             is_running_ = false;
-            awaited_ = 2 * frame();
+            losses_ = std::min(losses_ + 1, kMostLosses);
             flags.set(PoseFlag::unconfirmed);
         }
     } else {

@@ -125,6 +125,7 @@ private:
     StaticVector<Column, field::kMaxGeneratorCoils> columns_;  // the last ones, at most one frame, oldest first
     bool is_running_ = false;
     std::size_t settled_ = 0;     // columns used since the start, at most those of three frames
+    std::size_t losses_ = 1;      // one, and recent ones: a wrong generator gives starts that are soon lost
     std::size_t awaited_ = 0;     // acceptances until a pose is confirmed
     std::uint32_t refusals_ = 0;  // one bit for each column, the newest is the lowest
     std::uint32_t large_ = 0;     // the same: innovations that are refused or have less weight
