@@ -19,7 +19,7 @@ struct FlagOfBoth {
     tracking::PoseFlag flag;
 };
 
-constexpr std::array<FlagOfBoth, 14> kFlags{{
+constexpr std::array<FlagOfBoth, 15> kFlags{{
     {TRICOIL_FLAG_SATURATED, tracking::PoseFlag::saturated},
     {TRICOIL_FLAG_LOW_SIGNAL, tracking::PoseFlag::low_signal},
     {TRICOIL_FLAG_NO_SENSOR, tracking::PoseFlag::no_sensor},
@@ -34,6 +34,7 @@ constexpr std::array<FlagOfBoth, 14> kFlags{{
     {TRICOIL_FLAG_COASTING, tracking::PoseFlag::coasting},
     {TRICOIL_FLAG_UNCERTAIN, tracking::PoseFlag::uncertain},
     {TRICOIL_FLAG_COLUMNS_MISSING, tracking::PoseFlag::columns_missing},
+    {TRICOIL_FLAG_ROLL_UNDEFINED, tracking::PoseFlag::roll_undefined},
 }};
 
 /// True if the C interface has exactly the flags of the C++ interface.

@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* Flags of a pose. All except distorted, coasting and columns_missing make the pose invalid. */
+/* Flags of a pose. All except warnings make the pose invalid. */
 /* NOLINTNEXTLINE(readability-identifier-naming,cert-dcl37-c): C */
 enum tricoil_flag {
     TRICOIL_FLAG_SATURATED = 1 << 0,          /* a channel reached full scale or clipped: couplings are too small */
@@ -33,7 +33,8 @@ enum tricoil_flag {
     TRICOIL_FLAG_INCONSISTENT = 1 << 10,      /* the last measurements differ more than their noise allows */
     TRICOIL_FLAG_COASTING = 1 << 11,          /* warning: no new measurement; the pose is predicted */
     TRICOIL_FLAG_UNCERTAIN = 1 << 12,         /* the standard deviation of the position is above its limit */
-    TRICOIL_FLAG_COLUMNS_MISSING = 1 << 13    /* warning: some of the last measurements were lost or refused */
+    TRICOIL_FLAG_COLUMNS_MISSING = 1 << 13,   /* warning: some of the last measurements were lost or refused */
+    TRICOIL_FLAG_ROLL_UNDEFINED = 1 << 14     /* warning: the rotation about x of the sensor frame is arbitrary: one coil */
 };
 
 typedef struct tricoil_tracker tricoil_tracker; /* NOLINT(modernize-use-using): C */

@@ -15,8 +15,8 @@ namespace tricoil::linux_board {
 namespace {
 
 constexpr const char* kForms =
-    "use sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH; in run and serve also columns:WHERE or "
-    "couplings:WHERE";
+    "use sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH; in run and serve also columns:WHERE, "
+    "couplings:WHERE or poses:WHERE";
 
 /// Parses all of `text` as a number in this base, at most `most`.
 std::uint16_t number(const std::string& text, int base, unsigned most, const std::string& uri, const char* what) {

@@ -1,4 +1,4 @@
-// Name of a source of text: columns:WHERE or couplings:WHERE, with keys.
+// Name of a source of text: columns:WHERE, couplings:WHERE or poses:WHERE, with keys.
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@ struct TextName {
     int sensors = 1;
 };
 inline bool is_text_source(const std::string& device) {
-    return device.starts_with("columns:") || device.starts_with("couplings:");
+    return device.starts_with("columns:") || device.starts_with("couplings:") || device.starts_with("poses:");
 }
 /// Throws InputError that names the invalid part.
 TextName parse_text_name(const std::string& device);

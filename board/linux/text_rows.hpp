@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/signal/column.hpp"
+#include "core/tracking/pose_estimate.hpp"
 
 namespace tricoil::linux_board {
 
@@ -21,6 +22,7 @@ struct TextFrame {
     bool has_quadrature = false;
     std::optional<Vec3<double>> sigma;
     ColumnFlags flags;
+    std::optional<tracking::PoseEstimate<double>> pose;  // instead of couplings
 };
 
 /// Names: time_us or time_s; sensor (0 to 3, default 0); a column of one source coil: state (1 to 3), in_phase_1 to in_phase_3;

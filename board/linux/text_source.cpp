@@ -8,6 +8,7 @@
 
 #include "board/linux/column_timing.hpp"
 #include "board/pose_text/flag_names.hpp"
+#include "board/record/record_lines.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/table.hpp"
@@ -191,7 +192,18 @@ std::optional<TextFrame> TextSource::parse(std::string_view line) {
     host::refuse_if(lines_.was_cut(), "the line is longer than {} KiB", LineInput::kLongestLine >> 10U);
     is_of_coils_ = is_of_coils_ || line.starts_with(host::kOfCoilsComment);
     host::refuse_if(is_of_coils_ && params_.session.has_wiring, "the wiring is corrected already; leave out --wiring");
-    return rows_.parse(line);
+    if (!device_.starts_with("poses:")) {
+        return rows_.parse(line);
+    }
+    if (line.empty() || line.front() == '#' || line.starts_with("sensor,")) {  // comment, names
+        return std::nullopt;
+    }
+    TextFrame frame;
+    frame.pose = host::parse_pose(line, "a line of a recording's poses.csv is needed");
+    frame.sensor = frame.pose->sensor;
+    frame.time_us = static_cast<double>(frame.pose->time.since_start().count());
+    frame.coils = kSourceCoils;  // at one time
+    return frame;
 }
 
 void TextSource::take_frame(const TextFrame& frame) {
@@ -199,7 +211,7 @@ void TextSource::take_frame(const TextFrame& frame) {
         throw host::InputError(
             fmt::format("sensor {}: add ,sensors={} to the name of the source", frame.sensor, frame.sensor + 1));
     }
-    host::refuse_if(!frame.sigma && !name_.sigma,
+    host::refuse_if(!frame.pose && !frame.sigma && !name_.sigma,
                     "no sigma: add ,sigma=S to the name of the source, the standard deviation of a coupling");
     host::refuse_if(!frame.time_us && !(frame.coils > 1 && name_.rate_hz),
                     "no time: needs time_us or time_s, or couplings x11 to x33 with the key ,rate_hz=R");
@@ -263,6 +275,11 @@ void TextSource::track(const TextFrame& frame) {
     column.sigma = frame.sigma.value_or(Vec3<double>::Constant(name_.sigma.value_or(0)));
     ++stream.frames;
     follow_clock(stream, column.midpoint);
+    if (frame.pose) {
+        ++counters_.columns;
+        taps_.pose(*frame.pose);
+        return;
+    }
     for (int n = 0; n < frame.coils; ++n) {
         column.state = single_coil(frame.first_coil + n);
         column.in_phase = frame.in_phase[static_cast<std::size_t>(n)];

@@ -33,8 +33,8 @@ struct TextCounters {
     tracking::PoseFlags flags;  // of all poses
 };
 
-/// Lines: see TextRows. Couplings without time have that of the key rate_hz. In a file, a wrong line ends the run with
-/// InputError. In a stream it is counted and reported.
+/// Lines: see TextRows; of poses:WHERE those of poses.csv in a recording. Couplings without time have that of the key rate_hz. In
+/// a file, a wrong line ends the run with InputError. In a stream it is counted and reported.
 class TextSource final : public LinkSource {
 public:
     /// calibration: content of the file config.calibration. `tap` must outlive this object. Throws InputError for an invalid

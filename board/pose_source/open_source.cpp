@@ -18,7 +18,8 @@ namespace tricoil::host {
 namespace {
 
 constexpr const char* kForms =
-    "can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, columns:WHERE, couplings:WHERE, sim:SCENARIO, recording:FOLDER or a .toml "
+    "can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, columns:WHERE, couplings:WHERE, poses:WHERE, sim:SCENARIO, recording:FOLDER "
+    "or a .toml "
     "configuration file";
 
 template <typename Number>

@@ -10,7 +10,7 @@ namespace tricoil::host {
 
 /// name:
 /// - can:INTERFACE, usb:VENDOR:PRODUCT or serial:PATH: a device; a configuration file whose name ends in .toml: its device;
-/// - columns:WHERE or couplings:WHERE[,KEY=VALUE...]: text of other hardware (linux_board::TextSource);
+/// - columns:WHERE, couplings:WHERE or poses:WHERE[,KEY=VALUE...]: text of other hardware (linux_board::TextSource);
 /// - sim:SCENARIO[,KEY=VALUE...]: a simulation. Keys: mux (tdm, fdm, dual-band), rate_hz, duration_s, seed, noise (yes, no),
 ///   stations (1 to 4 sensors), realtime (yes, no; default no: as fast as poses are polled);
 /// - recording:FOLDER: a recording of `tricoil run --record`.

@@ -6,9 +6,10 @@ namespace tricoil::host {
 namespace {
 
 // Order of PoseFlag.
-constexpr std::array<const char*, 14> kFlags{
-    "saturated",          "low_signal",   "no_sensor",   "distorted",    "wrong_handedness", "stale",     "not_converged",
-    "hemisphere_unknown", "no_reference", "unconfirmed", "inconsistent", "coasting",         "uncertain", "columns_missing"};
+constexpr std::array<const char*, 15> kFlags{"saturated",        "low_signal",      "no_sensor",     "distorted",
+                                             "wrong_handedness", "stale",           "not_converged", "hemisphere_unknown",
+                                             "no_reference",     "unconfirmed",     "inconsistent",  "coasting",
+                                             "uncertain",        "columns_missing", "roll_undefined"};
 
 }  // namespace
 

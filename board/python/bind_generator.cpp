@@ -1,11 +1,13 @@
 // Sensor of one coil in the field of a generator: couplings and poses.
+#include <pybind11/stl.h>
+
 #include <optional>
 
 #include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
 #include "board/support/errors.hpp"
-#include "core/solver/single_coil.hpp"
+#include "core/tracking/coil/coil_tracker.hpp"
 
 namespace tricoil::python {
 namespace {
@@ -90,9 +92,85 @@ Array generator_couplings(const Array& coils, const Array& position_m, const Arr
     return result;
 }
 
+/// A column of a body, and a pose of CoilTracker; without one, the flags are not a number.
+struct ColumnNumbers {
+    double time_s, source;
+    Vec3<double> in_phase, sigma;
+};
+struct TrackNumbers {
+    double time_s, flags;
+    Vec3<double> position_m;
+    double w;
+    Vec3<double> xyz;  // quaternion
+    Mat6<double> covariance;
+    Vec3<double> velocity_m_s, rate_rad_s;
+    double gain, gain_deviation, snr_db;
+};
+template <typename Row>
+constexpr py::ssize_t kNumbersOf = sizeof(Row) / sizeof(double);
+
+class CoilTracks {
+public:
+    /// coils: (N, 7); misfit: (N,); mounts: (K, 7), K at most 3: offset, axis, gain.
+    CoilTracks(const Array& coils, const Array& misfit, const Array& mounts, double gain_deviation, const Array& side,
+               double frame_s) {
+        const auto* const body = reinterpret_cast<const tracking::BodyCoil<double>*>(mounts.data());
+        host::refuse_if(misfit.size() != coils.shape(0) || !has_shape(mounts, mounts.shape(0), kNumbersOf<decltype(*body)>),
+                        "misfit, mounts: must have shapes (N,) and (K, 7)");
+        tracking::CoilTrackerParams<double> params;
+        params.field.generator = generator_of(coils);
+        std::copy_n(misfit.data(), misfit.size(), params.misfit.begin());
+        std::for_each_n(body, mounts.shape(0), [&](const auto& coil) { (void)params.field.coils.push_back(coil); });
+        params.gain_deviation = gain_deviation;
+        params.side = Vec3<double>(side.data());
+        params.frame = microseconds_from_seconds(frame_s);
+        tracker_.emplace(params);
+    }
+
+    /// columns: (M, 8). Continues after the last call. Result: (M, 54).
+    Array update(const Array& columns, const py::object& progress) {
+        host::refuse_if(!has_shape(columns, columns.shape(0), kNumbersOf<ColumnNumbers>), "columns: must have shape (M, 8)");
+        Array rows({columns.shape(0), kNumbersOf<TrackNumbers>});
+        const auto* const in = reinterpret_cast<const ColumnNumbers*>(columns.data());
+        auto* const out = reinterpret_cast<TrackNumbers*>(rows.mutable_data());
+        for_rows(columns.shape(0), progress, [&](py::ssize_t m) {
+            const auto& [time_s, source, in_phase, sigma] = in[m];
+            const auto pose = tracker_->update(
+                {static_cast<std::size_t>(source), DeviceTime{microseconds_from_seconds(time_s)}, in_phase, sigma});
+            const auto found = pose.value_or(tracking::PoseEstimate<double>{});
+            const auto& motion = tracker_->motion();
+            const Quat<double>& q = found.q_source_sensor;
+            out[m] = {time_s,
+                      pose ? found.flags.bits() : std::nan(""),
+                      found.position_m,
+                      q.w(),
+                      q.vec(),
+                      found.covariance,
+                      motion.velocity_m_s,
+                      motion.rate_rad_s,
+                      tracker_->gain(),
+                      tracker_->gain_deviation(),
+                      found.snr_db};
+        });
+        return rows;
+    }
+
+    /// Outliers, starts, losses.
+    [[nodiscard]] std::array<std::uint64_t, 3> counters() const {
+        return {tracker_->counters().outliers, tracker_->counters().acquisitions, tracker_->counters().reacquisitions};
+    }
+
+private:
+    std::optional<tracking::CoilTracker<double>> tracker_;
+};
+
 }  // namespace
 
 void add_generator(py::module_& module) {
+    py::class_<CoilTracks>(module, "CoilTracks")
+        .def(py::init<const Array&, const Array&, const Array&, double, const Array&, double>())
+        .def("update", &CoilTracks::update)
+        .def("counters", &CoilTracks::counters);
     module.def("solve_single_coil", solve_single_coil);
     module.def("generator_couplings", generator_couplings);
 }

@@ -230,6 +230,7 @@ std::string to_toml(const CalibrationFile& file) {
 CalibrationFile read_calibration(const std::string& path) {
     const toml::table root = parse_toml(path, read_text(path, kLongestToml));
     CheckedTable top(path, "", root);
+    refuse_if(root.contains("coil"), "{}: is a generator for sensors of one coil; a calibration of three coils is needed", path);
     refuse_if(top.number("version", 0) != 1, "{}: 'version' is not 1; calibrate again with this software", path);
     CalibrationFile file;
     file.model = top.choice("model", kModels);

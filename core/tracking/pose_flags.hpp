@@ -23,11 +23,12 @@ enum class PoseFlag : std::uint8_t {
     coasting,            // no new column since the last pose: pose and covariance are predicted
     uncertain,           // the standard deviation of the position at the last measurement is above its limit
     columns_missing,     // columns were lost or refused shortly before (ColumnsSinceGap)
+    roll_undefined,      // sensor of one coil: the rotation about its axis, x of its frame, is arbitrary
 };
 using PoseFlags = FlagSet<PoseFlag>;
 
-/// A pose with one of these flags must not be used. `distorted` (see distortion_chi_square), `coasting` and `columns_missing` are
-/// warnings.
+/// A pose with one of these flags must not be used. `distorted` (see distortion_chi_square), `coasting`, `columns_missing` and
+/// `roll_undefined` are warnings.
 constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal,         PoseFlag::no_sensor,
                                   PoseFlag::stale,        PoseFlag::wrong_handedness,   PoseFlag::not_converged,
                                   PoseFlag::no_reference, PoseFlag::hemisphere_unknown, PoseFlag::unconfirmed,
@@ -40,7 +41,8 @@ constexpr PoseFlags kNoPosition{PoseFlag::no_sensor, PoseFlag::no_reference};
 constexpr PoseFlags kFaultFlags{PoseFlag::saturated, PoseFlag::no_sensor, PoseFlag::wrong_handedness, PoseFlag::not_converged,
                                 PoseFlag::no_reference};
 
-constexpr PoseFlags kAllPoseFlags = kInvalidating | PoseFlags{PoseFlag::distorted, PoseFlag::coasting, PoseFlag::columns_missing};
+constexpr PoseFlags kAllPoseFlags =
+    kInvalidating | PoseFlags{PoseFlag::distorted, PoseFlag::coasting, PoseFlag::columns_missing, PoseFlag::roll_undefined};
 
 enum class TrackerState : std::uint8_t { searching, tracking, lost };
 

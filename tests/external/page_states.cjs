@@ -96,7 +96,8 @@ const kTroubles = [
   ['no_reference', 'bad', /No source current/, /power and the cable of the source/], ['no_sensor', 'bad', /No sensor found/, /plug and the cable/],
   ['saturated', 'bad', /saturated/, /away from the source/], ['low_signal', 'bad', /too weak/, /closer to the source/],
   ['distorted', 'caution', /Metal disturbs the field: position off by about 6.50 mm/, /Remove metal/],
-  ['columns_missing', 'caution', /missing/, /link to the device/]
+  ['columns_missing', 'caution', /missing/, /link to the device/],
+  ['roll_undefined', 'caution', /roll is undefined/, /x axis/]
 ];
 
 async function troubles(browser, html, check, pictures) {

@@ -3,9 +3,9 @@ const http = require('http');
 
 const kFlags = [
   'saturated', 'low_signal', 'no_sensor', 'distorted', 'wrong_handedness', 'stale', 'not_converged', 'hemisphere_unknown', 'no_reference',
-  'unconfirmed', 'inconsistent', 'coasting', 'uncertain', 'columns_missing'
+  'unconfirmed', 'inconsistent', 'coasting', 'uncertain', 'columns_missing', 'roll_undefined'
 ];
-const kWarnings = ['distorted', 'coasting', 'columns_missing'];
+const kWarnings = ['distorted', 'coasting', 'columns_missing', 'roll_undefined'];
 const bits = names => names.reduce((sum, name) => sum | 1 << kFlags.indexOf(name), 0);
 const hello = {
   columns: [

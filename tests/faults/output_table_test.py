@@ -25,7 +25,7 @@ DESIGN = "--turns 40 --radius 0.03 --current 1 --noise 3e-9"
 # Options with a name of a file or folder that is read.
 INPUTS = {"--board", "--calibration", "--chain", "--config", "--converters-from", "--dynamic", "--generator", "--hand-motion", "--high", "--imu", "--joints", "--low", "--path", "--poses", "--reference", "--stage-from", "--tip", "--trajectory", "--wiring"}
 STDOUT = "standard output"
-PYTHON = {"bench", "calibrate pivot", "calibrate wiring", "couplings", "demodulate", "design", "figures", "generator calibrate", "generator simulate", "generator solve", "plot", "truth"}  # commands that need the Python package
+PYTHON = {"bench", "calibrate pivot", "calibrate wiring", "couplings", "demodulate", "design", "figures", "generator calibrate", "generator simulate", "generator solve", "generator track", "plot", "truth"}  # commands that need the Python package
 
 
 class Elsewhere(str):
@@ -72,6 +72,7 @@ ROWS = {
     "truth": {STDOUT: "optics.csv", "--out": "optics.csv --out {out}", "--plot": "optics.csv --plot {out}.svg"},
     "generator simulate": {STDOUT: "--out coil.csv", "--out": "--out {out}", "--save": "--out /dev/null --save {out}"},
     "generator solve": {STDOUT: "coil.csv --generator planar.toml", "--out": "coil.csv --generator planar.toml --out {out}"},
+    "generator track": {STDOUT: "needle.csv --generator planar.toml --slot-s 0.003", "--out": "needle.csv --generator planar.toml --slot-s 0.003 --out {out}"},
     "generator calibrate": {STDOUT: "coil.csv --out generator.toml", "--out": "coil.csv --out {out}"},
     "device list": {STDOUT: ""},
     "device info": {STDOUT: "{device}"},

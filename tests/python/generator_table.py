@@ -11,6 +11,7 @@ import tempfile
 
 import numpy as np
 import tricoil
+from test_coil_filter import BODY, COIL, World
 from test_generator import SIDE, bound, measured
 from tricoil import _generator_calibrate, _generator_solve
 
@@ -47,6 +48,22 @@ def simulated(count):
         check(f"bound at {snr_db} dB", 0.99 < ratio < 1.05 and 0.8 < nees < 1.2)
 
 
+def moving():
+    for what, mounts, speeds in (("needle", COIL, (0.5, 1, 3)), ("body of two", BODY, (1,))):
+        for speed in speeds:
+            world = World(speed, mounts)
+            poses, _ = world.tracked()
+            rms, nees, beyond, count = world.score(poses)
+            rows = tricoil.solve_5dof(world.couplings[0], world.generator, world.sigma[0] + 0.03 * abs(world.couplings[0]).max(axis=1, keepdims=True), gain=1.0, side=SIDE)
+            coil = mounts[1]
+            middle = (world.position_m + world.turn.apply(coil.offset_m)).reshape(*world.times.shape, 3)[:, 3:5].mean(axis=1)
+            error = np.linalg.norm(rows["position_m"] - middle, axis=1)[rows["end"] == 0]
+            velocity = np.linalg.norm(np.gradient(middle, world.times.mean(axis=1), axis=0), axis=1)
+            print(f"| {what}, {np.sqrt(np.mean(velocity**2)):.2f} m/s, slots of 3 ms, 60 dB | {1e3 * np.sqrt(np.mean(error**2)):.3f} mm | {1e3 * rms:.3f} mm |   "
+                  f"NEES {nees:.2f}, beyond 5 sigma {beyond:.5f}, {count} of {world.times.size} valid")
+            check(f"{what} at {speed}", 0.8 < nees < 1.2 and beyond < 1e-3)
+
+
 def recorded(folder):
     with tempfile.TemporaryDirectory() as place:
         for name, (mountings, side, position_m, axis_deg, lost) in SETS.items():
@@ -63,11 +80,13 @@ def recorded(folder):
                 print(f"| recorded, {name}, body of three | {result['solved']} of {result['poses']} | {1e3 * b['position_rms_m']:.3f} mm | "
                       f"{b['rotation_rms_deg']:.3f} deg | {b['wrong']} |   NEES {b['nees']:.2f}")
                 check("body", b["position_rms_m"] < 0.25e-3 and b["wrong"] == 0 and 0.8 < b["nees"] < 1.4 and result["solved"] == result["poses"])
+            check(f"NEES, {name}", 0.8 < t["nees"] < 1.2)
             check(name, t["position_rms_m"] < position_m and t["axis_rms_deg"] < axis_deg and t["wrong"] == 0 and result["solved"] >= (1 - lost) * result["poses"])
 
 
 def main():
     simulated(int(sys.argv[1]) if len(sys.argv) > 1 else 100_000)
+    moving()
     folder = pathlib.Path(os.environ.get("TRICOIL_DATA_DIR", "")) / "ilemt-mountings"
     if folder.is_dir():
         recorded(folder)

@@ -53,8 +53,8 @@ void add_device_options(CLI::App* sub, RunCommand& command) {
     command.device_option =
         sub->add_option(
                "--device", command.device,
-               "sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH; text of other hardware: columns:WHERE or "
-               "couplings:WHERE (-, tcp:PORT, udp:PORT or a file)")
+               "sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH; text of other hardware: columns:WHERE, "
+               "couplings:WHERE or poses:WHERE (-, tcp:PORT, udp:PORT or a file)")
             ->type_name(kDeviceType)
             ->capture_default_str();
     file_name(sub->add_option("--config", command.config, "Board configuration (TOML); --device overrides it"));

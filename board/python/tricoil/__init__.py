@@ -17,6 +17,7 @@ _interpreter.check()
 
 from ._bench import bench  # noqa: E402
 from ._body import solve_6dof
+from ._coil_filter import CoilFilter
 from ._command import calibrate, command, evaluate
 from ._demodulate import demodulate
 from ._dynamic import verify
@@ -42,6 +43,7 @@ from ._wiring import Wiring, read_wiring
 
 __all__ = [
     "COUPLING_CONSTANT",
+    "CoilFilter",
     "CorrectedPoses",
     "ENDS_5DOF",
     "Filter",

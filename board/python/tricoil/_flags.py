@@ -6,7 +6,7 @@ from . import _tricoil
 
 
 class Flag(enum.IntFlag):
-    """Reasons why a pose is invalid or doubtful. DISTORTED, COASTING and COLUMNS_MISSING are warnings; the others make it invalid."""
+    """Reasons why a pose is invalid or doubtful. DISTORTED, COASTING, COLUMNS_MISSING and ROLL_UNDEFINED are warnings; the others make it invalid."""
 
     SATURATED = 1 << 0  # a channel reached full scale or clipped
     LOW_SIGNAL = 1 << 1  # signal-to-noise ratio below the limit
@@ -22,6 +22,7 @@ class Flag(enum.IntFlag):
     COASTING = 1 << 11  # no new measurement; the pose is predicted
     UNCERTAIN = 1 << 12  # the standard deviation of the position is above its limit
     COLUMNS_MISSING = 1 << 13  # some of the last measurements were lost or refused
+    ROLL_UNDEFINED = 1 << 14  # sensor of one coil: the rotation about its axis, x of its frame, is arbitrary
 
     def __str__(self) -> str:
         """Names in lower case, separated by commas, as in messages of the program; empty if no flag is set."""

@@ -14,7 +14,8 @@ from ._whole_file import MOST_TOML_BYTES, read_whole
 
 MOST_COILS = 16
 FILE_KEYS, COIL_KEYS = ("coil", "sensor", "crosstalk", "left_handed_stage"), ("name", "position_m", "moment", "octupole_m2", "misfit")
-SENSOR_KEYS = ("number", "gain", "offset_m", "axis")
+SENSOR_KEYS = ("number", "gain", "gain_deviation", "offset_m", "axis")
+GAIN_DEVIATION = 2e-3  # of a known gain, relative
 LONG_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){16}""")  # tomllib's time grows with the square of the parts
 PLANAR_TURN = 2.4  # rad between the moments of neighbouring coils of the planar generator
 
@@ -22,11 +23,12 @@ PLANAR_TURN = 2.4  # rad between the moments of neighbouring coils of the planar
 @dataclasses.dataclass(frozen=True)
 class SensorCoil:
     """A calibrated sensor coil. gain: of the coil, in the units of the couplings. offset_m, axis: of the coil in the body on which it is fixed,
-    (3,); None: the calibration had the poses of the coil itself."""
+    (3,); None: the calibration had the poses of the coil itself. gain_deviation: standard deviation of the gain, relative."""
 
     gain: float
     offset_m: NDArray | None = None
     axis: NDArray | None = None
+    gain_deviation: float = GAIN_DEVIATION
 
 
 @dataclasses.dataclass(frozen=True)
@@ -129,7 +131,7 @@ def to_toml(generator: Generator) -> str:
         text += f'\n[[coil]]\nname = {_basic_string(name)}\n' + _line("position_m", generator.position_m[n]) + _line("moment", generator.moment[n])
         text += f"octupole_m2 = {generator.octupole_m2[n]:.6g}\nmisfit = {generator.misfit[n]:.4g}\n"
     for number, sensor in sorted(generator.sensors.items()):
-        text += f"\n[[sensor]]\nnumber = {number}\ngain = {sensor.gain:.9g}\n"
+        text += f"\n[[sensor]]\nnumber = {number}\ngain = {sensor.gain:.9g}\ngain_deviation = {sensor.gain_deviation:.4g}\n"
         if sensor.offset_m is not None and sensor.axis is not None:
             text += _line("offset_m", sensor.offset_m) + _line("axis", sensor.axis)
     return text
@@ -171,7 +173,10 @@ def _sensor(path, table):
     mount = [_value(path, table, key, 3) if key in table else None for key in ("offset_m", "axis")]
     if mount[1] is not None and not abs(np.linalg.norm(mount[1]) - 1) < 1e-3:
         raise ValueError(f"{path}: sensor {number}: axis has length {np.linalg.norm(mount[1]):.4g}, not 1")
-    return number, SensorCoil(gain, *mount)
+    deviation = _value(path, table, "gain_deviation", default=GAIN_DEVIATION)
+    if not 0 < deviation < 1:
+        raise ValueError(f"{path}: sensor {number}: gain_deviation must be between 0 and 1; is {deviation:g}")
+    return number, SensorCoil(gain, *mount, deviation)
 
 
 def read_generator(path: str | os.PathLike) -> Generator:

@@ -19,6 +19,7 @@ RICH = 6  # equations for each unknown of the model with crosstalk and sizes
 LEAST_ROWS = 12  # of the sensor coil with which the search begins
 MOST_CONDITION = 1e6  # of the Jacobian with columns of unit length, as in `tricoil calibrate stage`
 FLAT = 1e-3  # thickness of poses in a plane, relative to their size
+LEAST_GAIN_DEVIATION = 2e-4  # of calibrated gains from one recording to the next
 MIRRORED = 3.0  # residual of coils on the other side of such a plane, relative to that of the fit
 
 
@@ -276,9 +277,12 @@ def fitted(frames: Frames, model: str) -> tuple[Generator, float]:
     residuals = used.residuals(found.x) / np.sqrt(free)
     misfit = np.sqrt(np.mean(residuals**2, axis=0))
     sensors = {}
-    for number, at, n in zip(rows.numbers, offset, sensitivity):
+    of_gain = np.sum(residuals * rows.couplings * rows.weight[:, None], axis=1)  # error of the gain that each row shows, relative
+    for k, (number, at, n) in enumerate(zip(rows.numbers, offset, sensitivity)):
         gain = float(np.linalg.norm(n)) if rows.turn is not None else float(n[0])
-        sensors[number] = SensorCoil(gain, at, n / gain) if rows.turn is not None else SensorCoil(gain)
+        shown = of_gain[rows.index == k]
+        deviation = max(LEAST_GAIN_DEVIATION, float(np.sqrt(np.mean(shown**2) / len(shown))))
+        sensors[number] = SensorCoil(gain, *((at, n / gain) if rows.turn is not None else (None, None)), deviation)
     place, moment, octupole, mixed, *_ = used.parts(found.x)
     generator = Generator(frames.names, place, moment, octupole, mixed, misfit, sensors, is_left_handed)
     return generator, float(np.sqrt(np.mean(np.sum(residuals**2, axis=1))))

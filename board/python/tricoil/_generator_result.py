@@ -33,7 +33,12 @@ def result_lines(r: dict, first: str, angle: str) -> list[str]:
     found = [first, *(f"  {r[name]} {name.replace('_', ' ')}" for name in ENDS[1:] if r[name])]
     if r["position_std_m"] is not None:
         found.append(f"  standard deviation {1e3 * r['position_std_m']:.3f} mm RMS (3D)")
-    if (t := r["truth"]) and t["position_rms_m"] is not None:
-        found.append(f"  against the truth: {1e3 * t['position_rms_m']:.3f} mm RMS (3D), median {1e3 * t['position_median_m']:.3f}, maximum {1e3 * t['position_max_m']:.3f} mm; "
-                     f"{t[angle]:.3f} deg; {t['wrong']} wrong; NEES {t['nees']:.2f}")
-    return found
+    return [*found, *compared_lines(r["truth"], angle)]
+
+
+def compared_lines(t: dict | None, angle: str) -> list[str]:
+    """The line of compared(), if there is one."""
+    if t and t["position_rms_m"] is not None:
+        return [f"  against the truth: {1e3 * t['position_rms_m']:.3f} mm RMS (3D), median {1e3 * t['position_median_m']:.3f}, maximum {1e3 * t['position_max_m']:.3f} mm; "
+                     f"{t[angle]:.3f} deg; {t['wrong']} wrong; NEES {t['nees']:.2f}"]
+    return []

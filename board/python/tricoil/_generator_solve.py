@@ -63,13 +63,18 @@ def _motion(frames, generator, rows, is_good, slot_s, known_gain, sigma, used):
     return error
 
 
+def known_gain(generator, sensor, gain):
+    """Arguments of the gain: the given one, 0 if it is unknown, or that of the calibration."""
+    own = generator.sensors.get(sensor) if gain is None else None
+    return {"gain": gain or None} if own is None else {"gain": own.gain, "gain_deviation": own.gain_deviation}
+
+
 def _solved(frames, generator, couplings, sigma, gain, options):
     """Rows of all sensor coils, each with its gain."""
     rows = None
     for sensor in sorted(set(frames.sensor.tolist())):
         part = frames.sensor == sensor
-        known = generator.sensors[sensor].gain if gain is None and sensor in generator.sensors else gain
-        found = solve_5dof(couplings[part], generator, sigma if np.ndim(sigma) == 0 else sigma[part], gain=known or None, **options)
+        found = solve_5dof(couplings[part], generator, sigma if np.ndim(sigma) == 0 else sigma[part], **known_gain(generator, sensor, gain), **options)
         rows = np.empty(len(frames), found.dtype) if rows is None else rows
         rows[part] = found
     return rows

@@ -97,26 +97,37 @@ def _joined(parts):
     return None if parts[0] is None else np.concatenate(parts)
 
 
-def _read_table(path):
+def parts_of(path):
+    """Frames of a table as its rows come."""
     with ByteStream(path) as stream:
         table = Table(stream)
         coils = [name for name in table.names if name not in KNOWN]
         if not table.has_names or not coils:
             raise ValueError(f"{path}: the header must have a column for each coil of the generator, optionally {', '.join(KNOWN)}")
         has = set(table.names).__contains__
-        parts = []
         while (rows := table.next()) is not None:
             sensor = table.numbers(rows, [(table.column("sensor", "sensor"), (0, 999))])[0] if has("sensor") else np.ones(len(rows))
-            parts.append((_columns(table, rows, coils, has), sensor.astype(int), _columns(table, rows, ("time_s",), has), _columns(table, rows, ("sigma",), has),
-                          _columns(table, rows, POSE, has), _columns(table, rows, AXIS, has), _columns(table, rows, TURN, has)))
+            couplings, time_s, sigma, position_m, axis, wxyz = (_columns(table, rows, names, has) for names in (coils, ("time_s",), ("sigma",), POSE, AXIS, TURN))
+            for what, values in (("nx, ny, nz", axis), ("qw, qx, qy, qz", wxyz)):
+                if values is not None and not np.all(np.linalg.norm(values, axis=1) > 0.1):
+                    raise ValueError(f"{path}: {what} of a row are zero")
+            yield Frames(tuple(coils), couplings, sensor.astype(int), None if time_s is None else time_s[:, 0], None if sigma is None else sigma[:, 0], position_m,
+                         None if axis is None else axis / np.linalg.norm(axis, axis=1, keepdims=True), None if wxyz is None else rotations(wxyz))
+
+
+def joined(parts) -> Frames:
+    """Frames of one table."""
+    first, *_ = parts
+    values = {field.name: [getattr(part, field.name) for part in parts] for field in dataclasses.fields(Frames)}
+    return Frames(first.names, *(_joined(values[name]) for name in ("couplings", "sensor", "time_s", "sigma", "position_m", "axis")),
+                  None if first.turn is None else Rotation.concatenate(values["turn"]))
+
+
+def _read_table(path):
+    parts = list(parts_of(path))
     if not parts:
         raise ValueError(f"{path}: has no rows")
-    couplings, sensor, time_s, sigma, position_m, axis, wxyz = (_joined([part[n] for part in parts]) for n in range(7))
-    for what, values in (("nx, ny, nz", axis), ("qw, qx, qy, qz", wxyz)):
-        if values is not None and not np.all(np.linalg.norm(values, axis=1) > 0.1):
-            raise ValueError(f"{path}: {what} of a row are zero")
-    return Frames(tuple(coils), couplings, sensor, None if time_s is None else time_s[:, 0], None if sigma is None else sigma[:, 0], position_m,
-                  None if axis is None else axis / np.linalg.norm(axis, axis=1, keepdims=True), None if wxyz is None else rotations(wxyz))
+    return joined(parts)
 
 
 def read(paths) -> Frames:

@@ -170,14 +170,15 @@ def wiring(options, files):
 
 
 def of_generator(name):
-    """simulate, solve or calibrate of `tricoil generator`."""
+    """simulate, solve, track or calibrate of `tricoil generator`."""
     def run(options, files):
         module = importlib.import_module(f"tricoil._generator_{name}")
         as_json = options.pop("json", False)
         result, _ = module.run(*([files] if name != "simulate" else []), **options)
         put_result(result, as_json, module.text(result), options.get("out"))
-        if name == "solve" and not result["solved"]:
-            put("tricoil: no pose was solved (exit code 1)\n", sys.stderr)
+        good = {"solve": "solved", "track": "valid"}.get(name)
+        if good and not result[good]:
+            put(f"tricoil: no pose is {good} (exit code 1)\n", sys.stderr)
             sys.exit(1)
     return run
 
@@ -238,7 +239,7 @@ def table(_, files):
 COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodulate": demodulate, "design": design, "evaluate": evaluate,
             "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "table": table, "truth": truth,
             "wiring": wiring, **{name.replace("_", "-"): of_calibrate(f"_{name}") for name in ("low_band", "pick_up", "surroundings")},
-            **{name: of_generator(name) for name in ("simulate", "solve", "calibrate")}}
+            **{name: of_generator(name) for name in ("simulate", "solve", "track", "calibrate")}}
 WITHOUT_SCIPY = ("evaluate-picture", "figures", "low-band", "pick-up", "plot", "table")
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _tricoil
-from ._generator import Generator
+from ._generator import GAIN_DEVIATION, Generator
 from ._model import _finite, _numbers
 from ._progress import bar
 
@@ -12,7 +12,6 @@ from ._progress import bar
 ENDS = ("converged", "not_converged", "misfit", "undetermined", "ambiguous")
 ROW = np.dtype([("position_m", "f8", 3), ("axis", "f8", 3), ("gain", "f8"), ("gain_deviation", "f8"), ("covariance", "f8", (6, 6)), ("chi_square", "f8"),
                 ("end", "u1")])
-GAIN_DEVIATION = 2e-3  # of a known gain, relative
 LARGEST = 1e100  # sigma whose square is a number
 MISFIT_GATE = 4.0  # misfit beyond noise that is allowed, in units of the calibration's misfit
 

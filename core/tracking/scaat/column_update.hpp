@@ -96,7 +96,7 @@ template <typename Scalar>
 /// Innovation of the couplings z (column j) measured late_s before `state`, without its noise: set_noise() completes it.
 /// `around`: point of linearisation, usually `state`. Another point gives the iterated extended Kalman filter (Bar-Shalom et al.
 /// 2001, section 10.5.2).
-template <typename Scalar, MeasurementModel<Scalar> Model>
+template <typename Scalar, ColumnField<Scalar> Model>
 Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, const Motion<Scalar>& around, int j,
                               const Vec3<Scalar>& z, Scalar late_s) {
     Vec3<Scalar> position = around.position_m;

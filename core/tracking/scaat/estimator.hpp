@@ -1,13 +1,12 @@
 // Kalman filter: state, covariance and process noise, updated with one column at a time.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 
 #include "core/tracking/judge/noise_check.hpp"
 #include "core/tracking/scaat/acquisition.hpp"
+#include "core/tracking/scaat/adaptation.hpp"
 #include "core/tracking/scaat/coil_history.hpp"
-#include "core/tracking/scaat/process_noise.hpp"
 #include "core/tracking/tracker_counters.hpp"
 
 namespace tricoil::tracking::scaat {
@@ -28,13 +27,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 class Estimator {
 public:
     Estimator(const ScaatParams<Scalar>& params, const Model& model, TrackerCounters& counters)
-        : params_(params),
-          model_(model),
-          counters_(counters),
-          translation_limits_{std::log(params.process.least_m2_s3), std::log(params.process.most_m2_s3)},
-          rotation_limits_{std::log(params.process.least_rad2_s3), std::log(params.process.most_rad2_s3)} {
-        reset_adaptation();
-    }
+        : params_(params), model_(model), counters_(counters), adaptation_(params) {}
 
     /// Starts from a pose and the columns from which it was computed. rates, unmodelled_variance: as in start_state().
     void start(const StartPose<Scalar>& pose, const std::optional<StartRates<Scalar>>& rates,
@@ -72,10 +65,12 @@ public:
     [[nodiscard]] const State<Scalar>& state() const { return state_; }
     [[nodiscard]] CoilHistory& history() { return history_; }
     [[nodiscard]] const CoilHistory& history() const { return history_; }
-    [[nodiscard]] Intensity<Scalar> intensity() const { return {std::exp(translation_.log_q), std::exp(rotation_.log_q)}; }
+    [[nodiscard]] Intensity<Scalar> intensity() const { return adaptation_.intensity(); }
     /// Factor by which recent innovations and their noise exceed the covariance.
-    [[nodiscard]] Scalar covariance_factor() const { return std::max({noise_.excess(), consistency_, outlier_inflation_}); }
-    [[nodiscard]] bool is_inconsistent() const { return std::max(consistency_, noise_.excess()) > params_.inconsistent_above; }
+    [[nodiscard]] Scalar covariance_factor() const { return std::max(noise_.excess(), adaptation_.covariance_factor()); }
+    [[nodiscard]] bool is_inconsistent() const {
+        return std::max(adaptation_.consistency(), noise_.excess()) > params_.inconsistent_above;
+    }
     /// True if the velocity is known: six columns were used, including the three of the start.
     [[nodiscard]] bool is_settled() const { return settled_ >= kSettlingColumns; }
     /// True if corrections are used to learn accelerations.
@@ -88,37 +83,20 @@ public:
 private:
     static constexpr int kSettlingColumns = 6;   // until the velocity is known
     static constexpr int kLearningColumns = 24;  // until corrections are used to learn accelerations
-    // Above this value the variance of a column is multiplied by the third power of (squared innovation / this value). Tuned for
-    // outliers of 5 to 15 sigma in one column of 20 of a moving sensor. Without outliers it reduces the accuracy by 3 %.
-    static constexpr double kDownweightAbove = 9;  // squared innovation, 3 degrees of freedom: exceeded once in 34
-    // An outlier that just passes the gate moves the pose by several sigma. The reported covariance is increased until later
-    // columns have corrected the pose.
-    static constexpr double kInflateAbove = 8.5;  // squared innovation, 3 degrees of freedom: exceeded once in 27
-    static constexpr double kInflationDecay = 0.96;
-    static constexpr int kMaxInflations = 4;  // per column
-    // The process noise does not fall while the standard deviation of the pose is below this share of the range, and below this
-    // angle: a filter that is still quieter lags when a hand starts to move. Chosen on recorded hand motions without noise.
-    static constexpr double kFineEnough = 4e-5;
+    static constexpr int kMaxInflations = 4;     // per column
 
     void inflate_covariance(Scalar factor);
-    void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened, bool in_frame);
     void update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
                       bool in_frame);
-    void reset_adaptation();
 
     const ScaatParams<Scalar>& params_;
     const Model& model_;
     TrackerCounters& counters_;
-    DensityLimits<Scalar> translation_limits_;
-    DensityLimits<Scalar> rotation_limits_;
     State<Scalar> state_;
-    DensityEstimate<Scalar> translation_;
-    DensityEstimate<Scalar> rotation_;
-    Scalar consistency_ = 1;        // windowed mean of squared innovations per degree of freedom; expectation 1
-    Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kInflateAbove, decaying
+    Adaptation<Scalar> adaptation_;
     NoiseCheck<Scalar> noise_;
     CoilHistory history_;
-    int settled_ = 0;  // columns used, including the three of the start; at most kLearningColumns
+    int settled_ = kSourceCoils;  // columns used, including the three of the start; at most kLearningColumns
     DeviceTime last_used_{};
 };
 

@@ -13,15 +13,7 @@ void Estimator<Scalar, Model>::start(const StartPose<Scalar>& pose, const std::o
     start_state<Scalar>(state_, model_, pose, rates, columns, params_, unmodelled_variance);
     last_used_ = state_.time;
     history_.start(state_.time);
-    reset_adaptation();
-}
-
-template <typename Scalar, MeasurementModel<Scalar> Model>
-void Estimator<Scalar, Model>::reset_adaptation() {
-    translation_ = {std::log(params_.process.start_m2_s3)};
-    rotation_ = {std::log(params_.process.start_rad2_s3)};
-    consistency_ = 1;
-    outlier_inflation_ = 0;
+    adaptation_.restart(params_.process);
     noise_.restart();
     settled_ = kSourceCoils;
 }
@@ -51,9 +43,8 @@ bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Sc
     if (inflations > 0 && !use.in_frame) {
         history_.inflate();
     }
-    if (use.trust == Trust::none && innovation.late_s <= 0 && nis > Scalar(kDownweightAbove)) {
-        const Scalar excess = nis / Scalar(kDownweightAbove);
-        innovation.set_noise(excess * excess * excess * innovation.r);
+    if (use.trust == Trust::none && innovation.late_s <= 0) {
+        reduce_weight(innovation, excess_of(nis));
     }
     update_state(column, innovation, whitened, use.in_frame);
     return true;
@@ -63,16 +54,10 @@ bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Sc
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation,
                                             const Vec3<Scalar>& whitened, bool in_frame) {
-    const Scalar nis = whitened.squaredNorm();
     if (innovation.late_s <= 0) {
         noise_.add(column);
     }
-    outlier_inflation_ = std::max(nis / Scalar(kInflateAbove), Scalar(kInflationDecay) * outlier_inflation_);
-    const bool settled = is_settled();
-    if (settled) {
-        adapt_process_noise(innovation, whitened, in_frame);
-    }
-    consistency_ += settled ? params_.consistency_gain * (nis / 3 - consistency_) : Scalar(0);
+    adaptation_.add(params_, state_, innovation, whitened, in_frame, is_settled());
     const auto gains_per_s = acceleration_gains_per_s(state_.covariance);
     const Vec12<Scalar> correction = apply(state_, innovation);
     if (is_learning()) {
@@ -82,45 +67,11 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     settled_ = std::min(settled_ + 1, kLearningColumns);
 }
 
-/// Adapts the process noise with the original innovation, but with the reduced weight of the column. In a frame, the first column
-/// correlates the errors of position and rotation. The shares of the two then add up to more than the share of the whole
-/// prediction, the Fisher information is too large, and the steps of log q are too small: after a fast motion q stays high. Both
-/// shares are therefore scaled to the share of the prediction. In TDM this has little effect and is left out.
-template <typename Scalar, MeasurementModel<Scalar> Model>
-void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
-                                                   bool in_frame) {
-    const auto adapt_block = [&](int block, Scalar unit_squared, DensityLimits<Scalar> limits, DensityEstimate<Scalar>& q,
-                                 const Mat3<Scalar>& share) {
-        const Scalar variance = state_.covariance.template block<3, 3>(block, block).trace();
-        if (variance < Scalar(kFineEnough * kFineEnough) * unit_squared) {
-            limits.least = std::max(limits.least, q.log_q);
-        }
-        adapt(q, limits, share, whitened, params_.process);
-    };
-    const Scalar range_squared = state_.position_m.squaredNorm();
-    const auto share = [&](int block) -> Mat3<Scalar> {
-        const Matrix<Scalar, 3, 3> h = innovation.h.template middleCols<3>(block);
-        return innovation.share_of(h * state_.covariance.template block<3, 3>(block, block) * h.transpose());
-    };
-    Mat3<Scalar> translation = share(0);
-    Mat3<Scalar> rotation = share(3);
-    if (in_frame) {
-        const Scalar whole = innovation.share_of(innovation.predicted).trace();
-        const Scalar factor = std::min(Scalar(1), whole / (translation.trace() + rotation.trace()));
-        translation *= factor;
-        rotation *= factor;
-    }
-    adapt_block(0, range_squared, translation_limits_, translation_, translation);
-    adapt_block(3, Scalar(1), rotation_limits_, rotation_, rotation);
-}
-
 /// Multiplies the covariance of the prediction, and the process noise.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::inflate_covariance(Scalar factor) {
-    const Scalar log_factor = std::log(factor);
     state_.covariance *= factor;
-    translation_.log_q = std::min(translation_.log_q + log_factor, translation_limits_.most);
-    rotation_.log_q = std::min(rotation_.log_q + log_factor, rotation_limits_.most);
+    adaptation_.inflate(factor);
     ++counters_.covariance_inflations;
 }
 

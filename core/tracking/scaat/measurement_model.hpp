@@ -20,15 +20,20 @@ struct StartPose {
     bool hemisphere_from_data;  // the couplings determine the sign of the position (only with coil offsets)
 };
 
+/// column(p, O, j): coupling column j at a pose with its Jacobian by position (1/m) and small rotation (1/rad), source frame.
+template <typename Model, typename Scalar>
+concept ColumnField = requires(const Model& model, const Vec3<Scalar>& p, const Mat3<Scalar>& m, int j) {
+    { model.column(p, m, j) } -> std::same_as<field::ColumnModel<Scalar>>;
+};
+
 /// Requirements on a measurement model:
-///   column(p, O, j)  coupling column j (0-2) at a pose with its Jacobian by position (1/m) and small rotation (1/rad), source
-///                    frame;
+///   column(p, O, j)  as above, j from 0 to 2;
 ///   start(X)         pose of three columns taken as simultaneous, without prior knowledge; errors as solve_direct;
 ///   near(X, p, q)    the same, near the pose (p, q);
 ///   is_even()        true if X is the same at -p, so that a state has a mirror image.
 template <typename Model, typename Scalar>
-concept MeasurementModel = requires(const Model& model, const Vec3<Scalar>& p, const Mat3<Scalar>& m, int j) {
-    { model.column(p, m, j) } -> std::same_as<field::ColumnModel<Scalar>>;
+concept MeasurementModel = ColumnField<Model, Scalar> &&
+    requires(const Model& model, const Vec3<Scalar>& p, const Mat3<Scalar>& m) {
     { model.start(m) } -> std::same_as<Result<StartPose<Scalar>>>;
     { model.near(m, p, Quat<Scalar>()) } -> std::same_as<Result<StartPose<Scalar>>>;
     { model.is_even() } -> std::convertible_to<bool>;

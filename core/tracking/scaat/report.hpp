@@ -7,11 +7,6 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Factor on the reported covariance. Over the recorded motions squared errors are 0.9 to 1.0 of the filter's own covariance, but
-/// one second of motion has only about twenty independent errors. The margin makes the reported covariance rather too large than
-/// too small.
-constexpr double kCovarianceMargin = 1.1;
-
 /// Factor on the filter's covariance in the report. Innovations larger than predicted increase it. If they are too large, the
 /// flag `inconsistent` is set as well.
 template <typename Scalar, typename Model>

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "core/geometry/angles.hpp"
-#include "core/solver/single_coil.hpp"
+#include "core/tracking/coil/coil_tracker.hpp"
 #include "core/tracking/scaat/general_tracker.hpp"
 #include "core/tracking/scaat/scaat_tracker.hpp"
 #include "tests/target/kernels/kernel.hpp"
@@ -152,7 +152,30 @@ void run_single(int run) {
     run_single_cold(run);
 }
 
-constexpr std::array<Kernel, 6> kKernels{{
+// The same coil at rest, tracked: the next column after three frames.
+std::optional<tracking::CoilTracker<float>> coil_tracker;
+tracking::GeneratorColumn<float> generator_column;
+
+void prepare_coil(int run) {
+    prepare_single(run);
+    tracking::CoilTrackerParams<float> params;
+    params.field.generator = single.generator;
+    (void)params.field.coils.push_back({Vec3<float>::Zero(), Vec3<float>::UnitX(), 1});
+    params.side = single.params.side;
+    coil_tracker.emplace(params);
+    for (std::size_t n = 0; n < 25; ++n) {
+        const float ripple = 1e-5F * static_cast<float>(n % 3);
+        generator_column = {n % 8, DeviceTime{Microseconds{static_cast<std::int64_t>(3000 * n)}},
+                            Vec3<float>(single.couplings[n % 8] + ripple, 0, 0), Vec3<float>(1e-5F, 0, 0)};
+        if (n < 24) {
+            (void)coil_tracker->update(generator_column);
+        }
+    }
+}
+void run_coil(int) { (void)coil_tracker->update(generator_column); }
+
+constexpr std::array<Kernel, 7> kKernels{{
+    {"coil-filter", 12, prepare_coil, run_coil},
     {"single-coil", 12, prepare_single, run_single},
     {"single-coil-cold", 12, prepare_single, run_single_cold},
     {"filter-update", 12, prepare_concentric_update, run_concentric_update},

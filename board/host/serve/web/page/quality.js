@@ -17,6 +17,7 @@ const kFlags = {
   distorted: {level: 'caution', text: 'Metal disturbs the field.', remedy: 'Remove metal near source and sensor, or measure elsewhere.'},
   coasting: {level: 'caution', text: 'Measurements are missing; the pose is predicted.', remedy: 'Check the link to the device.'},
   columns_missing: {level: 'caution', text: 'Some measurements are missing.', remedy: 'Check the link to the device.'},
+  roll_undefined: {level: 'caution', text: 'Sensor of one coil: the roll is undefined.', remedy: 'Use position and x axis only.'},
 };
 const kUnknown = {
   level: 'bad',
