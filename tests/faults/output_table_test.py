@@ -25,7 +25,7 @@ DESIGN = "--turns 40 --radius 0.03 --current 1 --noise 3e-9"
 # Options with a name of a file or folder that is read.
 INPUTS = {"--board", "--calibration", "--chain", "--config", "--converters-from", "--dynamic", "--generator", "--hand-motion", "--high", "--imu", "--joints", "--low", "--path", "--poses", "--reference", "--stage-from", "--tip", "--trajectory", "--wiring"}
 STDOUT = "standard output"
-PYTHON = {"bench", "calibrate pivot", "calibrate wiring", "couplings", "demodulate", "design", "figures", "generator calibrate", "generator simulate", "generator solve", "plot", "truth"}  # commands that need the Python package
+PYTHON = {"bench", "calibrate low-band", "calibrate pick-up", "calibrate pivot", "calibrate surroundings", "calibrate wiring", "couplings", "demodulate", "design", "figures", "generator calibrate", "generator simulate", "generator solve", "plot", "protocol", "truth"}  # commands that need the Python package
 
 
 class Elsewhere(str):
@@ -209,7 +209,7 @@ class OutputTable(unittest.TestCase):
                 self.assertEqual(kept.read_bytes(), (self.examples / "optics.csv").read_bytes())
                 seen.add(command)
         if os.environ.get("TRICOIL_WITH_PYTHON") != "0":
-            self.assertEqual(seen, PYTHON - {"design", "figures"} | READING.keys())
+            self.assertEqual(seen, PYTHON - {"design", "figures", "protocol"} | READING.keys())
 
     def test_an_input_without_an_end_is_refused(self):
         """A link to a device that gives zeros for ever."""
