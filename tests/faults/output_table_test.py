@@ -186,7 +186,7 @@ class OutputTable(unittest.TestCase):
             if command not in PYTHON or "{out}" not in words:
                 continue
             parts = words.split()
-            files = [n for n, word in enumerate(parts) if (self.examples / word).is_file()]
+            files = [n for n, word in enumerate(parts) if (self.examples / word).is_file() and parts[n - 1] != "--out"]
             yield from ((command, " ".join([*parts[:n], "{input}", *parts[n + 1:]])) for n in files)
             options = {entry.split()[0] for entry, _ in entries(self.help_of(command)) if entry.endswith(" FILE")}
             yield from ((command, f"{words} {option} {{input}}") for option in sorted(options & INPUTS - {"--tip", *parts}))  # --tip: no picture is a .toml
