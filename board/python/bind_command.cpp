@@ -1,6 +1,8 @@
 // Commands of the `tricoil` program, in this process, and files that commands in Python read and write.
 #include <pybind11/stl.h>
 
+#include <algorithm>
+
 #include "board/host/commands/commands.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
@@ -10,6 +12,8 @@
 #include "board/support/terminal_text.hpp"
 #include "board/support/tool_tip.hpp"
 #include "board/support/wiring_file.hpp"
+#include "core/protocol/can_mapping.hpp"
+#include "core/protocol/schema.hpp"
 
 namespace tricoil::python {
 namespace {
@@ -39,7 +43,7 @@ constexpr host::OwnCommand kOwn[] = {
     {"device", host::add_device_command},
     {"doctor", host::add_doctor_command},
     {"selfcheck", host::add_selfcheck_command},
-    {"protocol", host::add_protocol_command},
+    {"protocol", host::add_python_command},
     {"motion", host::add_motion_command},
     {"figures", host::add_python_command},
     {"help", host::add_help_command},
@@ -74,6 +78,34 @@ std::array<std::array<int, 3>, 2> read_wiring(const std::string& path) {
     return numbers;
 }
 
+/// The wire protocol, of which `tricoil protocol` makes files.
+py::dict protocol_schema() {
+    using namespace py::literals;
+    constexpr const char* kTypes[] = {"u8", "u16", "u32", "u64", "i16", "i24", "i32", "i64", "u24", "f32"};
+    py::list messages;
+    protocol::for_each_message([&](auto schema) {
+        py::list fields;
+        const protocol::FieldInfo* last = nullptr;
+        int number = 0;
+        protocol::for_each_field(schema, [&](const char* name, const protocol::FieldInfo& f, std::size_t at) {
+            number += &f == last ? 0 : 1;  // the elements of a field have the same
+            last = &f;
+            fields.append(py::dict("name"_a = name, "at"_a = at, "number"_a = number, "type"_a = kTypes[static_cast<int>(f.type)],
+                                   "scale"_a = f.scale, "low"_a = f.scale * f.low, "high"_a = f.scale * f.high,
+                                   "has_low"_a = f.low != lowest(f.type), "has_high"_a = f.high != highest(f.type),
+                                   "unit"_a = f.unit, "what"_a = f.what));
+        });
+        const auto& info = schema.kInfo;
+        const std::size_t bytes = protocol::fixed_bytes(schema);
+        messages.append(py::dict("name"_a = info.name, "number"_a = static_cast<int>(info.type), "from"_a = info.from,
+                                 "what"_a = info.what, "bytes"_a = bytes, "tail_unit"_a = info.tail_unit,
+                                 "tail_what"_a = info.tail_what, "can_id"_a = protocol::can_id(info.type, 0),
+                                 "can_bytes"_a = protocol::can_fd_length(std::min(bytes, protocol::kMaxFrameBytes)),
+                                 "fields"_a = fields));
+    });
+    return py::dict("version"_a = protocol::kNewestVersion, "most_bytes"_a = protocol::kMaxMessageBytes, "messages"_a = messages);
+}
+
 void write_tip(const std::string& out, std::uint8_t sensor, const Array& tip_m, const Array& covariance_m2) {
     host::write_whole_file(out, host::to_toml({sensor, Vec3<double>(tip_m.data()), Mat3<double>(covariance_m2.data())}));
 }
@@ -82,6 +114,7 @@ void write_tip(const std::string& out, std::uint8_t sensor, const Array& tip_m, 
 
 void add_command(py::module_& module) {
     module.def("command", command);
+    module.def("protocol", protocol_schema);
     module.def("read_wiring", read_wiring);
     module.def("write_tip", write_tip);
 }

@@ -95,7 +95,7 @@ TEST(Verbosity, EveryCommandTakesIt) {
     EXPECT_THAT(tricoil(old).err, HasSubstr("spelling"));
     EXPECT_THAT(tricoil("-q " + old).err, Not(HasSubstr("spelling")));
     EXPECT_THAT(tricoil(old + " --quiet").err, HasSubstr("/nowhere.csv"));
-    for (const char* command : {"selfcheck", "protocol", "run --list", "help run", "motion --example III"}) {
+    for (const char* command : {"selfcheck", "run --list", "help run", "motion --example III"}) {
         const auto plain = tricoil(command);
         for (const char* option : {" -q", " -v", " --quiet", " --verbose"}) {
             const auto result = tricoil(command + std::string(option));

@@ -47,9 +47,11 @@ TEST(Usage, EveryCommandHasJsonOutput) {
         ++commands;
     }
     EXPECT_GE(commands, 10);
+#ifdef TRICOIL_WITH_PYTHON
     EXPECT_THAT(tricoil("protocol --json").json()["page"].get<std::string>(), HasSubstr("pose"));
     const std::string dbc = path_in_temp("tricoil.dbc");
     EXPECT_EQ(tricoil("protocol --json --dbc " + dbc).json()["dbc_file"], dbc);
+#endif
 }
 
 TEST(Usage, UnknownNamesGetASuggestion) {

@@ -169,7 +169,6 @@ TEST_F(Faults, OutputFileIsCompleteOrAbsent) {
         "convert " + recording_ + " --out ",
         "replay " + recording_ + " --out ",
         "calibrate stage --model concentric " + poses_ + " --out ",
-        "protocol --dbc ",
     };
     for (const std::string& command : commands) {
         for (const char* call : {"open", "write", "fsync", "rename"}) {

@@ -25,7 +25,7 @@ DESIGN = "--turns 40 --radius 0.03 --current 1 --noise 3e-9"
 # Options with a name of a file or folder that is read.
 INPUTS = {"--board", "--calibration", "--chain", "--config", "--converters-from", "--dynamic", "--generator", "--hand-motion", "--high", "--imu", "--joints", "--low", "--path", "--poses", "--reference", "--stage-from", "--tip", "--trajectory", "--wiring"}
 STDOUT = "standard output"
-PYTHON = {"bench", "calibrate pivot", "calibrate wiring", "couplings", "demodulate", "design", "figures", "generator calibrate", "generator simulate", "generator solve", "generator track", "plot", "truth"}  # commands that need the Python package
+PYTHON = {"bench", "calibrate low-band", "calibrate pick-up", "calibrate pivot", "calibrate surroundings", "calibrate wiring", "couplings", "demodulate", "design", "figures", "generator calibrate", "generator simulate", "generator solve", "generator track", "plot", "protocol", "truth"}  # commands that need the Python package
 
 
 class Elsewhere(str):
@@ -187,7 +187,7 @@ class OutputTable(unittest.TestCase):
             if command not in PYTHON or "{out}" not in words:
                 continue
             parts = words.split()
-            files = [n for n, word in enumerate(parts) if (self.examples / word).is_file()]
+            files = [n for n, word in enumerate(parts) if (self.examples / word).is_file() and parts[n - 1] != "--out"]
             yield from ((command, " ".join([*parts[:n], "{input}", *parts[n + 1:]])) for n in files)
             options = {entry.split()[0] for entry, _ in entries(self.help_of(command)) if entry.endswith(" FILE")}
             yield from ((command, f"{words} {option} {{input}}") for option in sorted(options & INPUTS - {"--tip", *parts}))  # --tip: no picture is a .toml
@@ -210,7 +210,7 @@ class OutputTable(unittest.TestCase):
                 self.assertEqual(kept.read_bytes(), (self.examples / "optics.csv").read_bytes())
                 seen.add(command)
         if os.environ.get("TRICOIL_WITH_PYTHON") != "0":
-            self.assertEqual(seen, PYTHON - {"design", "figures"} | READING.keys())
+            self.assertEqual(seen, PYTHON - {"design", "figures", "protocol"} | READING.keys())
 
     def test_an_input_without_an_end_is_refused(self):
         """A link to a device that gives zeros for ever."""

@@ -67,7 +67,7 @@ def turn(*vector):
 class Derivatives(unittest.TestCase):
     def test_equal_central_differences(self):
         rng = np.random.default_rng(20261124)
-        for n in range(20):
+        for n in range(12):
             numbers = some_coils(rng)
             data = Placed(np.array([[0.35, -0.1, 0.15], [0.5, 0.2, -0.1]]), np.array([turn(0.2, -0.5, 1.1), turn(1, 0.3, -0.2)]),
                           0.1 * np.array([turn(0.5, 0.1, -0.7)] * 2), np.zeros((2, 3, 3)), (turn(0.1, 0.2, 0.3), np.zeros(3)), (turn(-1, 0.4, 0.2), np.zeros(3)),

@@ -14,7 +14,6 @@ void add_motion_command(CLI::App* sub, Action& action);
 void add_selfcheck_command(CLI::App* sub, Action& action);
 void add_calibrate_command(CLI::App* sub, Action& action);
 void add_evaluate_command(CLI::App* sub, Action& action);
-void add_protocol_command(CLI::App* sub, Action& action);
 void add_device_command(CLI::App* sub, Action& action);
 void add_doctor_command(CLI::App* sub, Action& action);
 void add_replay_command(CLI::App* sub, Action& action);

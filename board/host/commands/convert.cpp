@@ -22,6 +22,7 @@ struct ConvertCommand {
     std::string form = "jsonl";
     std::string out;
     OutputOptions stages;
+    std::vector<std::string> reader;  // options of a file of poses, which Python reads
     bool json = false;
 };
 
@@ -29,8 +30,8 @@ int run_convert(const ConvertCommand& command, const CLI::App& sub) {
     const Recording recording(command.folder);
     refuse_if(std::ranges::count(kForeignFormats, command.form) > 0,
               "--to {}: is written from a file of poses; make one with --to csv", command.form);
-    for (const TextOption& option : kReaderOptions) {
-        refuse_if(sub.count(option[0]) > 0, "{}: only of a file of poses; {} is a recording", option[0], command.folder);
+    for (const std::string& option : command.reader) {
+        refuse_if(sub.count(option) > 0, "{}: only of a file of poses; {} is a recording", option, command.folder);
     }
     check_reference(command.stages, recording.sensors());
     if (command.out.empty() || command.out == kStandardOutput) {
@@ -70,7 +71,7 @@ void add_convert_command(CLI::App* sub, Action& action) {
         ->capture_default_str();
     file_name(sub->add_option("--out", command->out, "Output file; default: standard output"));
     sub->add_flag("--json", command->json, "Summary as JSON");
-    add_reader_options(sub);
+    command->reader = add_reader_options(sub);
     add_stage_options(sub, command->stages);
     set_examples(sub, {{"for MATLAB", "tricoil convert take1 --to mat --out take1.mat"},
                        {"for Foxglove and PlotJuggler", "tricoil convert take1 --to mcap --out take1.mcap"},

@@ -187,14 +187,6 @@ std::string evaluation_text(const Json& r) {
                        "{repeats_with_attitude_m in mm:.3f} mm, other {rough_m in mm:.3f} mm (RMS)\n");
 }
 
-// Options of evaluate --dynamic, with those of the reader: Python reads them.
-constexpr std::array<TextOption, 4> kDynamicOptions{{
-    {"--time-offset", "--dynamic: reference time minus tracker time, s: the search starts there", "SECONDS"},
-    {"--reference-sensor", "--dynamic: number or name of the body in TRUTH", "TEXT"},
-    {"--sensor", "--dynamic: number or name of the sensor in POSES", "TEXT"},
-    {"--columns", "--dynamic: names of the columns if POSES has none: sensor,x,y,z,azimuth,elevation,roll, or polhemus", "TEXT"},
-}};
-
 /// Checks the options of both kinds of evaluation.
 void check_options(const EvaluateCommand& command, bool is_dynamic) {
     refuse_if(is_dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures ||
@@ -325,10 +317,8 @@ void add_evaluate_command(CLI::App* sub, Action& action) {
     sub->add_flag("--same-clock")
         ->description("--dynamic: --time-offset (default 0) is exact: the latency is measured")
         ->needs(dynamic);
-    add_text_options(sub, kDynamicOptions);
-    add_reader_options(sub, "--dynamic: TRUTH,POSES");
-    for (const auto& options : {std::span<const TextOption>(kDynamicOptions), std::span<const TextOption>(kReaderOptions)}) {
-        std::ranges::for_each(options, [&](const TextOption& option) { sub->get_option(option[0])->needs(dynamic); });
+    for (const auto& options : {add_python_options(sub, "dynamic"), add_reader_options(sub, "--dynamic: TRUTH,POSES")}) {
+        std::ranges::for_each(options, [&](const std::string& option) { sub->get_option(option)->needs(dynamic); });
     }
     sub->add_option("--out", c->out, "Folder for the errors as CSV and picture")->type_name(kFolderType);
     sub->add_flag("--csv-only", c->csv_only, "CSV file only");

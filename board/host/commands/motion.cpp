@@ -30,30 +30,6 @@ const std::vector<std::string> kLoops{"open", "closed"};
 const std::vector<std::string> kKappas{"exact", "paper", "two"};
 const std::vector<std::string> kForms{"angles", "vectors"};
 
-// Options for recorded poses, and for plans, which Python reads.
-constexpr std::array<TextOption, 6> kRecordedOptions{{
-    {"--poses", "Recorded poses of any tracker: predicts their motion error, and removes it", kFileType},
-    {"--trajectory", "Recorded path: errors of the paper's method along it, without multiplexing", kFileType},
-    {"--timing", "--poses: tdm:SLOTS/RATE, fdm or a tracker; options follow: ,order=231,latency=MS,window=MS,solver=previous",
-     "TEXT"},
-    {"--reference", "--poses: path of an optical system or a robot; --timing fit finds the timing with it", kFileType},
-    {"--plot", "Picture of the errors by time, speed, angular rate and range", kFileType},
-    {"--place", "Mean position of the trajectory, m; default: as recorded", "X,Y,Z"},
-}};
-constexpr std::array<TextOption, 10> kPlanOptions{{
-    {"--plan", "Path of a robot for the verification of a tracker, as CSV", kFileType},
-    {"--center", "--plan: middle of the box, m, from the source; default 0.6,0,0", "X,Y,Z"},
-    {"--size", "--plan: edges of the box, m; default 0.4,0.4,0.4", "X,Y,Z"},
-    {"--grid", "--plan: places at rest along each edge; default 3", "NUMBER"},
-    {"--limits", "--plan: speed, acceleration and jerk, m/s, m/s^2, m/s^3; default 1,10,100", "V,A,J"},
-    {"--turn-limits", "--plan: the same of rotations, rad/s, rad/s^2, rad/s^3; default 3,30,300", "V,A,J"},
-    {"--turn", "--plan: largest rotation from the mean attitude, deg; default 45", "NUMBER"},
-    {"--chain", "--plan: robot whose joints follow, within their limits: Denavit-Hartenberg table or URDF", kFileType},
-    {"--link", "--plan: link of the URDF that carries the sensor; default: the last", "NAME"},
-    {"--start-joints", "--plan: joint values in the middle of the box, deg (mm): the link is then parallel to the source",
-     "Q1,Q2,..."},
-}};
-
 struct MotionCommand {
     std::string example;
     std::string loop = "open";
@@ -250,19 +226,22 @@ int motion(const MotionCommand& command) {
     return to_int(ExitCode::fine);
 }
 
-int motion_of(const MotionCommand& command, const CLI::App& sub) {
+// Names of options that Python reads.
+struct PythonOptions {
+    std::vector<std::string> recorded, reader, plan;
+};
+
+int motion_of(const MotionCommand& command, const PythonOptions& python, const CLI::App& sub) {
     const bool is_recorded = sub.count("--poses") + sub.count("--trajectory") > 0;
     const bool is_plan = sub.count("--plan") > 0;
-    const auto require = [&](std::span<const TextOption> options, bool is_given, const char* other) {
-        for (const auto& option : options) {
-            refuse_if(!is_given && sub.count(option[0]) > 0, "{} requires {}", option[0], other);
+    const auto require = [&](const std::vector<std::string>& options, bool is_given, const char* other) {
+        for (const std::string& option : options) {
+            refuse_if(!is_given && option != "--rate-hz" && sub.count(option) > 0, "{} requires {}", option, other);
         }
     };
-    require(kRecordedOptions, is_recorded, "--poses or --trajectory");
-    for (const TextOption& option : kReaderOptions) {
-        require({&option, 1}, is_recorded || option[0] == std::string_view("--rate-hz"), "--poses or --trajectory");
-    }
-    require(kPlanOptions, is_plan, "--plan");
+    require(python.recorded, is_recorded, "--poses or --trajectory");
+    require(python.reader, is_recorded, "--poses or --trajectory");
+    require(python.plan, is_plan, "--plan");
     return is_recorded || is_plan ? continue_in_python(sub) : motion(command);
 }
 
@@ -294,16 +273,17 @@ void add_motion_command(CLI::App* sub, Action& action) {
     sub->add_option("--duration", c->duration_s, "Duration, s")->capture_default_str();
     file_name(
         sub->add_option("--out", c->out, "All updates as CSV, - is standard output; of --poses: the poses without motion error"));
-    add_text_options(sub, kRecordedOptions);
-    add_reader_options(sub, "POSES,REFERENCE");
-    add_text_options(sub, kPlanOptions);
+    PythonOptions python;
+    python.recorded = add_python_options(sub, "recorded");
+    python.reader = add_reader_options(sub, "POSES,REFERENCE");
+    python.plan = add_python_options(sub, "plan");
     sub->add_flag("--smooth")->description("--poses: smooth the poses in --out");
     sub->add_flag("--json", c->json, "Result as JSON");
     set_examples(sub, {{"example III of the paper, in a closed loop", "tricoil motion --example III --loop closed"},
                        {"an elevation rate of 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"},
                        {"recorded poses of a LIBERTY", "tricoil motion --poses poses.csv --timing liberty --out corrected.csv"},
                        {"a path for a robot", "tricoil motion --plan plan.csv --limits 0.5,5,50"}});
-    sub->callback([c, sub, &action] { action = [c, sub] { return motion_of(*c, *sub); }; });
+    sub->callback([=, &action] { action = [=] { return motion_of(*c, python, *sub); }; });
 }
 
 }  // namespace tricoil::host

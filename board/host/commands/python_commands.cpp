@@ -36,7 +36,7 @@ CLI::Option* add_option(CLI::App* sub, const std::string& name, const std::strin
         {"numbers", list<double>},
         {"texts", list<std::string>},
         {"xyz", [](auto* to, auto& n, auto& h) { return vector_xyz(list<double>(to, n, h)); }},
-        {"files", [](auto* to, auto& n, auto& h) { return add_files(to, n.c_str(), h.c_str()); }},
+        {"files", [](auto* to, auto& n, auto& h) { return option<std::vector<std::string>>(to, n, h)->type_name(kFileType); }},
         {"wiring", [](auto* to, auto& n, auto&) { return file_name(option<std::string>(to, n, kWiringHelp)); }},
         {kFileType, [](auto* to, auto& n, auto& h) { return file_name(option<std::string>(to, n, h)); }},
     };
@@ -75,6 +75,11 @@ void add_listed(CLI::App* sub, const Json& listed, OutputOptions& stages) {
     }
 }
 
+const Json& commands() {
+    static const Json all = Json::parse(kPythonCommands);
+    return all;
+}
+
 void add_command(CLI::App* sub, const Json& listed, Action& action) {
     if (listed.contains("commands")) {
         sub->require_subcommand(1);
@@ -97,9 +102,26 @@ void add_command(CLI::App* sub, const Json& listed, Action& action) {
 
 }  // namespace
 
+std::vector<std::string> add_python_options(CLI::App* sub, const std::string& group, const std::string& more_help) {
+    std::vector<std::string> names;
+    for (const Json& one : commands().at("groups").at(group)) {
+        names.push_back(one[0]);
+        if (sub->get_option_no_throw(names.back()) == nullptr) {
+            add_option(sub, one[0], one[1].get<std::string>() + more_help, one[2]);
+        }
+    }
+    return names;
+}
+
+std::vector<std::string> add_reader_options(CLI::App* sub, const std::string& two_files) {
+    auto names = add_python_options(sub, "reader", two_files.empty() ? "" : "; " + two_files + " if they differ");
+    const auto others = add_python_options(sub, "reader of one file");
+    names.insert(names.end(), others.begin(), others.end());
+    return names;
+}
+
 void add_python_command(CLI::App* sub, Action& action) {
-    static const Json commands = Json::parse(kPythonCommands);
-    add_command(sub, commands.at(sub->get_name()), action);
+    add_command(sub, commands().at(sub->get_name()), action);
     if (CLI::Option* const ratio = sub->get_option_no_throw("--ratio"); ratio != nullptr) {
         ratio->check(refuse_bad_ratio);
     }

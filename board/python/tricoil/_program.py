@@ -219,6 +219,14 @@ def plot(options, files):
     put_result(result, as_json, _plot_command.text(result), out)
 
 
+def protocol(options, _):
+    from tricoil import _protocol
+
+    as_json = options.pop("json", False)
+    result, text = _protocol.run(**options)
+    put_result(result, as_json, text, "-" if "-" in options.values() else None)
+
+
 def evaluate_picture(options, files):
     """The picture of evaluate --out, which has printed its result."""
     from tricoil import _drawing
@@ -237,10 +245,15 @@ def table(_, files):
 
 
 COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodulate": demodulate, "design": design, "evaluate": evaluate,
-            "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "table": table, "truth": truth,
+            "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "protocol": protocol, "table": table, "truth": truth,
             "wiring": wiring, **{name.replace("_", "-"): of_calibrate(f"_{name}") for name in ("low_band", "pick_up", "surroundings")},
+<<<<<<< HEAD
             **{name: of_generator(name) for name in ("simulate", "solve", "track", "calibrate")}}
 WITHOUT_SCIPY = ("evaluate-picture", "figures", "low-band", "pick-up", "plot", "table")
+=======
+            **{name: of_generator(name) for name in ("simulate", "solve", "calibrate")}}
+WITHOUT_SCIPY = ("evaluate-picture", "figures", "low-band", "pick-up", "plot", "protocol", "table")
+>>>>>>> aa057b530c8ec3f0bd8368f6673a3420a3b575ac
 
 
 class Interrupted(KeyboardInterrupt):
