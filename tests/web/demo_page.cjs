@@ -125,31 +125,40 @@ async function withoutProgram(browser, url) {
 function standIn(base64) {
   const bytes = Uint8Array.from(atob(base64), sign => sign.charCodeAt(0));
   const port = window.standIn = {sent: 0, messages: 0};
-  const kNeeded = [1, 1, 2, 3];  // messages of the page, before each answer of the device
-  const kPause_ms = 5, kChunk = 1024, kPace_ms = 20;
+  const kAnswers = [2, 1, 1];  // messages of the device after each of the first messages of the page
+  const kChunk = 1024, kPace_ms = 20;
+  const wait = ms => new Promise(done => setTimeout(done, ms));
+  let control = null, at = 0;
   port.open = async () => {};
   port.readable = new ReadableStream({
-    async start(control) {
-      const wait = ms => new Promise(done => setTimeout(done, ms));
-      let at = 0;
-      for (const needed of kNeeded) {
-        while (port.messages < needed) await wait(kPause_ms);
-        const end = bytes.indexOf(0, at) + 1;
-        control.enqueue(bytes.slice(at, end));
-        at = end;
-      }
-      for (; at < bytes.length; at += kChunk) {
-        control.enqueue(bytes.slice(at, at + kChunk));
-        await wait(kPace_ms);
-      }
-      while (!port.ends) await wait(kPace_ms);
-      control.close();
+    start(given) {
+      control = given;
     }
   });
+  const play = async () => {
+    for (; at < bytes.length; at += kChunk) {
+      control.enqueue(bytes.slice(at, at + kChunk));
+      await wait(kPace_ms);
+    }
+    while (!port.ends) await wait(kPace_ms);
+    control.close();
+  };
+  // At once, so that the page does not ask again.
+  const answer = messages => {
+    for (let n = 0; n < messages; ++n) {
+      const end = bytes.indexOf(0, at) + 1;
+      control.enqueue(bytes.slice(at, end));
+      at = end;
+    }
+  };
   port.writable = new WritableStream({
     write(chunk) {
       port.sent += chunk.length;
-      port.messages += chunk.filter(byte => byte === 0).length;
+      for (const byte of chunk) {
+        if (byte !== 0 || ++port.messages > kAnswers.length) continue;
+        answer(kAnswers[port.messages - 1]);
+        if (port.messages === kAnswers.length) play();
+      }
     }
   });
   Object.defineProperty(navigator, 'serial', {value: {requestPort: async () => port.refuses ? Promise.reject(new Error('No port selected')) : port}});
