@@ -172,10 +172,12 @@ TEST(ServePage, TheSetUpRunsListedCommandsOnRecordingsOnly) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     EXPECT_THAT(ask(port, R"({"record":false})", ""), HasSubstr("200"));
     for (const char* bad : {R"(["--out=/tmp/x"])", R"(["--blob=x"])", R"(["--at=1;2"])", R"(["/etc/passwd"])", "[3]"}) {
-        EXPECT_THAT(run(R"("wiring","recording":"take","options":)" + std::string(bad)), HasSubstr("set-up: unknown option")) << bad;
+        EXPECT_THAT(run(R"("wiring","recording":"take","options":)" + std::string(bad)), HasSubstr("set-up: unknown option"))
+            << bad;
     }
     EXPECT_THAT(run(R"("wiring","recording":"take","options":["--at=1,2"])"), HasSubstr("--at"));
-    EXPECT_THAT(run(R"("wiring","recording":"take","options":["--at=0.5,0,0"])"), HasSubstr("several wirings give the same couplings"));
+    EXPECT_THAT(run(R"("wiring","recording":"take","options":["--at=0.5,0,0"])"),
+                HasSubstr("several wirings give the same couplings"));
     EXPECT_THAT(run(R"("free-motion","recording":"take","options":["--hemisphere=1,0,0","--coupling-constant=-1"])"),
                 HasSubstr("--coupling-constant must lie between"));
     const std::string tip = run(R"("pivot","recording":"take")");

@@ -202,8 +202,8 @@ TEST_F(DeviceInfo, BadConfigurationIsRefused) {
         EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
     }
     for (const std::string words : {"set serial:/dev/null", "set serial:/dev/null node", "set serial:/dev/null nod=3",
-                                     "set serial:/dev/null node=1 node=2", "get serial:/dev/null x", "save serial:/dev/null x",
-                                     "dump serial:/dev/null", "restore serial:/dev/null", "put serial:/dev/null"}) {
+                                    "set serial:/dev/null node=1 node=2", "get serial:/dev/null x", "save serial:/dev/null x",
+                                    "dump serial:/dev/null", "restore serial:/dev/null", "put serial:/dev/null"}) {
         EXPECT_EQ(tricoil("device config " + words), 2) << words;
         EXPECT_THAT(err, HasSubstr("tricoil: ")) << words;
     }

@@ -38,13 +38,8 @@ MODULES = {"bench": ("_bench", "one"), "calibrate wiring": ("_wiring_command", "
            "couplings": ("_couplings_command", "none"), "demodulate": ("_demodulate", "one"),
            "design": ("_design", "none"), "figures": ("_figures", "none"), "motion": ("_motion_command", "none"), "truth": ("_truth_command", "all"),
            "generator simulate": ("_generator_simulate", "none"), "generator solve": ("_generator_solve", "all"),
-<<<<<<< HEAD
            "generator track": ("_generator_track", "all"), "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "calibrate surroundings": ("_surroundings", "all"), "calibrate low-band": ("_low_band", "all"),
-           "calibrate pick-up": ("_pick_up", "all"), "plot": ("_plot_command", "one")}
-=======
-           "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "calibrate surroundings": ("_surroundings", "all"), "calibrate low-band": ("_low_band", "all"),
            "calibrate pick-up": ("_pick_up", "all"), "plot": ("_plot_command", "one"), "protocol": ("_protocol", "none")}
->>>>>>> aa057b530c8ec3f0bd8368f6673a3420a3b575ac
 WITH_CALIBRATION = ("calibrate low-band", "calibrate pick-up", "calibrate surroundings")  # a wheel's extension module is built without it
 NEEDED = {"demodulate": "carrier_hz", "figures": "out"}
 

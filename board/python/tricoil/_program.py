@@ -247,13 +247,8 @@ def table(_, files):
 COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodulate": demodulate, "design": design, "evaluate": evaluate,
             "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "protocol": protocol, "table": table, "truth": truth,
             "wiring": wiring, **{name.replace("_", "-"): of_calibrate(f"_{name}") for name in ("low_band", "pick_up", "surroundings")},
-<<<<<<< HEAD
             **{name: of_generator(name) for name in ("simulate", "solve", "track", "calibrate")}}
-WITHOUT_SCIPY = ("evaluate-picture", "figures", "low-band", "pick-up", "plot", "table")
-=======
-            **{name: of_generator(name) for name in ("simulate", "solve", "calibrate")}}
 WITHOUT_SCIPY = ("evaluate-picture", "figures", "low-band", "pick-up", "plot", "protocol", "table")
->>>>>>> aa057b530c8ec3f0bd8368f6673a3420a3b575ac
 
 
 class Interrupted(KeyboardInterrupt):
