@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "board/host/calibration/pose_set.hpp"
@@ -79,6 +80,19 @@ TEST_F(RecordedStage, MountingsTogetherAreAsGoodAsEachAlone) {
             EXPECT_LT(together_mm, 1.1 * alone_mm);
         }
     }
+}
+
+TEST_F(RecordedStage, FilesOfTwoSourcesAreRefusedByName) {
+    if (recordings_folder("ilemt-mountings").empty()) {
+        GTEST_SKIP() << "no recordings in ilemt-mountings/";
+    }
+    const auto fit =
+        tricoil("calibrate stage --out " + path_in_temp("two.toml") + " " + folder_ +
+                "/ilemt-mountings/soXinYup_seYoutZup_md.dat " + folder_ + "/ilemt-concentric/soYoutZup_seZinYup_md.dat");
+    EXPECT_EQ(fit.exit_code, 2);
+    EXPECT_EQ(std::count(fit.err.begin(), fit.err.end(), '\n'), 1) << fit.err;
+    EXPECT_THAT(fit.err,
+                ::testing::AllOf(::testing::HasSubstr("_md.dat: "), ::testing::ContainsRegex("(other|different) coils")));
 }
 
 /// Poses without metal that were not fitted. Their misfit alone must not set the flag `distorted`, except for 0.1 %.

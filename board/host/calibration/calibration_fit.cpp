@@ -404,13 +404,23 @@ private:
         residuals_ = residuals_by_file(fit);
         set_residuals(residuals_, options_.model, fit);
         const ParameterEstimate linear = parameter_estimate();
-        fit.errors = coil_errors(check_parameters(linear, fit), linear.jacobian, pose_effects(fit.model));
+        fit.errors = coil_errors(checked_covariance(linear, fit), linear.jacobian, pose_effects(fit.model));
         fit.pick_up_sigma *= coupling_constant_;
         check_fixture_names(fixtures_.sensor_names, fit);
         for (std::size_t f = 0; f < files_.size(); ++f) {
             fit.wiring[files_[f].path] = wiring_[f];
         }
         return fit;
+    }
+
+    /// Of the parameters. Throws InputError if these poses do not determine them, or are of different coils.
+    Eigen::MatrixXd checked_covariance(const ParameterEstimate& linear, CalibrationFit& fit) const {
+        try {
+            return check_parameters(linear, fit);
+        } catch (const InputError&) {
+            check();
+            throw;
+        }
     }
 
     /// RMS residual of each file without its outliers. Adds the outliers to `fit`.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <optional>
@@ -126,6 +127,7 @@ int continue_as(const std::filesystem::path& path, const std::string& typed_name
         words.push_back(const_cast<char*>(argument.c_str()));
     }
     words.push_back(nullptr);
+    ::setenv("GLOG_minloglevel", "2", 0);  // no warnings of the library below Ceres: the command says what is wrong
     ::execv(path.c_str(), words.data());
     throw DeviceError(errno == ENOENT ? missing : fmt::format("{} does not start ({})", path.string(), std::strerror(errno)));
 }
