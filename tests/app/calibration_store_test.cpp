@@ -54,10 +54,12 @@ TEST(CalibrationStore, KeepsBlobsOfAllLengths) {
     CalibrationStore store(storage);
     store.open();
     calibration::Calibration<double> c;
-    const std::array bytes{calibration::kBlobBytes, calibration::kPickUpBlobBytes, calibration::kMaxBlobBytes};
-    for (const std::size_t n : {0, 1, 0, 2, 1, 2, 0}) {
+    const std::array bytes{calibration::kBlobBytes, calibration::kPickUpBlobBytes,
+                           calibration::kPickUpBlobBytes + calibration::kErrorsBytes, calibration::kMaxBlobBytes};
+    for (const std::size_t n : {0, 1, 3, 0, 2, 3, 1, 2, 0}) {
         c.pick_up.sigma = n == 1 ? 1e-6 : 0;
         c.errors.couplings = n == 2 ? 1e-3 : 0;
+        c.errors.floor_share = n == 3 ? 0.75 : 1;
         const calibration::Blob blob = calibration::encode(c);
         ASSERT_TRUE(store.write(blob).ok());
         EXPECT_EQ(found(storage), blob) << n;

@@ -28,5 +28,5 @@ assert 0 < known.sum() < len(rows) and np.isnan(poses.std_m_rad[~known]).all()
 np.testing.assert_array_equal(poses.couplings[1, 2], column("x23"))
 np.testing.assert_allclose((poses.std_m_rad**2)[known], np.einsum("iin->ni", poses.covariance)[known], rtol=1e-12)
 flag_names = list(mat["flag_names"])
-assert flag_names[3] == "distorted" and len(flag_names) == 14, flag_names
+assert flag_names[3] == "distorted" and len(flag_names) == 15, flag_names
 print(f"{len(rows)} poses equal the recording")
