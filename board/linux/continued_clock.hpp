@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <utility>
 
@@ -10,21 +9,19 @@
 
 namespace tricoil::linux_board {
 
-/// A device that restarts counts from zero again. Within a session its own clock counts; between two sessions the host's clock
-/// shows how much time passed.
+/// A device that restarts counts from zero again. If its time went back between two sessions, the host's clock shows how much
+/// passed.
 class ContinuedClock {
 public:
     /// The next message is the first one of a session.
     void begin_session() { is_first_ = true; }
 
-    /// Adds to time and sequence what earlier sessions of the device had. A clock that ran on is left as it is.
+    /// Adds to time and sequence what earlier sessions of the device had. A clock that did not go back is left as it is.
     void advance(std::int64_t& time_us, std::uint32_t& sequence, HostTime arrival) {
         if (std::exchange(is_first_, false) && has_newest_) {
             const std::int64_t passed_us = std::max<std::int64_t>((arrival - arrival_).count(), 1);
             const std::int64_t ahead_us = time_us + time_offset_us_ - newest_us_;
-            if (ahead_us <= 0 || std::abs(ahead_us - passed_us) > kTolerance_us + passed_us / kDrift) {
-                time_offset_us_ += passed_us - ahead_us;
-            }
+            time_offset_us_ += ahead_us > 0 ? 0 : passed_us - ahead_us;
             sequence_offset_ =
                 sequence + sequence_offset_ > newest_sequence_ ? sequence_offset_ : newest_sequence_ + 1 - sequence;
         }
@@ -37,9 +34,6 @@ public:
     }
 
 private:
-    static constexpr std::int64_t kTolerance_us = 200'000;  // delay of messages
-    static constexpr std::int64_t kDrift = 1'000;           // of the two clocks, one part in this
-
     bool is_first_ = false;
     bool has_newest_ = false;
     std::int64_t time_offset_us_ = 0;

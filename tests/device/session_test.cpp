@@ -209,7 +209,7 @@ TEST_F(SessionOfCoils, PoseOfAnUnknownSensorIsRefused) {
     EXPECT_EQ(say(pose), SessionEvent::pose);
 }
 
-/// After a silence of 0.8 s: of a device that restarted, that restarted long ago, and whose clock ran on.
+/// After a silence of 0.8 s: of a device that restarted, and of one whose clock ran on.
 TEST_F(SessionOfCoils, TimeAndSequenceOfPosesGoOnAfterAReconnection) {
     identity.role = static_cast<std::uint8_t>(protocol::Role::tracker);
     session.service(now += Microseconds{600'000});
@@ -238,8 +238,7 @@ TEST_F(SessionOfCoils, TimeAndSequenceOfPosesGoOnAfterAReconnection) {
     };
     EXPECT_NEAR(static_cast<double>(reconnect(100'000, 0)), 800e3, 1e3);
     EXPECT_EQ(session.pose().sequence, 1'002U);
-    EXPECT_NEAR(static_cast<double>(reconnect(90'000'000, 500'000)), 800e3, 1e3);
-    EXPECT_EQ(reconnect(90'000'000 + 4'000 + 830'000, 500'002), 830'000);  // this clock ran on
+    EXPECT_EQ(reconnect(104'000 + 830'000, 1'002), 830'000);
     EXPECT_NEAR(static_cast<double>(reconnect(0, 0)), 800e3, 1e3);
 }
 
