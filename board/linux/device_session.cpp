@@ -314,7 +314,6 @@ SessionEvent DeviceSession::take_ack(const protocol::AckMessage& ack) {
     columns_.restart();
     poses_.restart();
     clock_map_ = {};
-    device_clock_.begin_session();
     sent_states_ = {};
     after_gap_ = {};
     window_us_ = -1;
@@ -339,8 +338,7 @@ bool DeviceSession::was_excited(const Column<double>& column) const {
     });
 }
 
-SessionEvent DeviceSession::take_column(const protocol::ColumnMessage& received) {
-    protocol::ColumnMessage m = received;
+SessionEvent DeviceSession::take_column(const protocol::ColumnMessage& m) {
     if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::front_end) ||
         m.sensor >= identity_.sensors) {
         return refuse(WireError::wrong_sender);
@@ -352,7 +350,6 @@ SessionEvent DeviceSession::take_column(const protocol::ColumnMessage& received)
     if (counters_.lost_columns != lost) {
         after_gap_.fill(true);
     }
-    device_clock_.advance(m.time_us, m.sequence, arrival_);
     if (m.time_us != window_us_) {  // columns of one window have one time
         window_us_ = m.time_us;
         window_over_ = true;
@@ -370,8 +367,7 @@ SessionEvent DeviceSession::take_column(const protocol::ColumnMessage& received)
     return SessionEvent::column;
 }
 
-SessionEvent DeviceSession::take_pose(const protocol::PoseMessage& received) {
-    protocol::PoseMessage pose = received;
+SessionEvent DeviceSession::take_pose(const protocol::PoseMessage& pose) {
     if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::tracker) ||
         pose.sensor >= identity_.sensors) {
         return refuse(WireError::wrong_sender);
@@ -379,7 +375,6 @@ SessionEvent DeviceSession::take_pose(const protocol::PoseMessage& received) {
     if (!in_order(poses_, pose.sequence, counters_.lost_poses)) {
         return SessionEvent::none;
     }
-    device_clock_.advance(pose.time_us, pose.sequence, arrival_);
     clock_map_.observe(device_time_us(pose.time_us), arrival_);
     if (const WireError error = protocol::from_message(pose, pose_); error != WireError::none) {
         ++counters_.refused;

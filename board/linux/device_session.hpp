@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "board/linux/continued_clock.hpp"
 #include "core/protocol/clock_map.hpp"
 #include "core/protocol/codec.hpp"
 #include "core/protocol/sequence_check.hpp"
@@ -61,8 +60,7 @@ public:
     /// Performs the due action: open, hello, start or time-out. Call it at least every few milliseconds.
     SessionEvent service(HostTime now);
 
-    /// Processes one message. After an event `column` or `pose`, column() or pose() returns the content. Its time and the
-    /// sequence of poses go on when a device restarts.
+    /// Processes one message. After an event `column` or `pose`, column() or pose() returns the content.
     SessionEvent take(const hal::ReceivedMessage& message);
 
     /// Reports that the port is lost. service() opens it again.
@@ -161,7 +159,6 @@ private:
     protocol::SequenceCheck columns_;
     protocol::SequenceCheck poses_;
     protocol::ClockMap clock_map_;
-    ContinuedClock device_clock_;
     std::array<SentState, 4> sent_states_{};
     std::size_t newest_sent_ = 0;
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};

@@ -209,39 +209,6 @@ TEST_F(SessionOfCoils, PoseOfAnUnknownSensorIsRefused) {
     EXPECT_EQ(say(pose), SessionEvent::pose);
 }
 
-/// After a silence of 0.8 s: of a device that restarted, and of one whose clock ran on.
-TEST_F(SessionOfCoils, TimeAndSequenceOfPosesGoOnAfterAReconnection) {
-    identity.role = static_cast<std::uint8_t>(protocol::Role::tracker);
-    session.service(now += Microseconds{600'000});
-    ASSERT_NO_FATAL_FAILURE(start());
-    protocol::PoseMessage pose;
-    pose.quaternion[0] = static_cast<std::int32_t>(protocol::kQuaternionPerUnit);
-    pose.sequence = 1'000;
-    pose.time_us = 5'000'000;
-    ASSERT_EQ(say(pose), SessionEvent::pose);
-    /// Of the first pose of the next session; returns the step of its time.
-    const auto reconnect = [&](std::int64_t time_us, std::uint32_t first) {
-        const DeviceTime last = session.pose().time;
-        const std::uint32_t sequence = session.pose().sequence;
-        session.service(now += Microseconds{600'000});
-        session.service(now += Microseconds{200'000});
-        start();
-        pose.time_us = time_us;
-        pose.sequence = first;
-        EXPECT_EQ(say(pose), SessionEvent::pose);
-        EXPECT_GT(session.pose().sequence, sequence);
-        const std::int64_t step_us = (session.pose().time - last).count();
-        pose.time_us += 4'000;
-        ++pose.sequence;
-        EXPECT_EQ(say(pose), SessionEvent::pose);
-        return step_us;
-    };
-    EXPECT_NEAR(static_cast<double>(reconnect(100'000, 0)), 800e3, 1e3);
-    EXPECT_EQ(session.pose().sequence, 1'002U);
-    EXPECT_EQ(reconnect(104'000 + 830'000, 1'002), 830'000);
-    EXPECT_NEAR(static_cast<double>(reconnect(0, 0)), 800e3, 1e3);
-}
-
 TEST_F(SessionOfCoils, CountsMessagesDroppedSinceTheFirstStatus) {
     protocol::StatusMessage status;
     for (const auto dropped : {1000U, 1003U, 2U, 3U}) {  // the device restarts before the third status
