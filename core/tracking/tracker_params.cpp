@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/precision.hpp"
+#include "core/calibration/calibration.hpp"
 #include "core/tracking/hemisphere.hpp"
 
 namespace tricoil::tracking {
@@ -31,7 +32,8 @@ Status check_common(const CommonParams<Scalar>& p) {
     if (!(p.quadrature_floor >= 0 && p.quadrature_floor <= 1) || !(p.quadrature_lag_s >= 0 && p.quadrature_lag_s < 1)) {
         return refused("quadrature floor must lie between 0 and 1, its lag between 0 and 1 s");
     }
-    if (!(p.pick_up_sigma >= 0) || !std::isfinite(p.pick_up_sigma) || !(p.floor_share > 0 && p.floor_share <= 10)) {
+    if (!(p.pick_up_sigma >= 0) || !std::isfinite(p.pick_up_sigma) ||
+        !(p.floor_share > 0 && p.floor_share <= calibration::CoilErrors<Scalar>::kMostOfFloor)) {
         return refused(
             "the deviation of the pick-up must be finite and not negative, the share of the floor above 0, at most 10");
     }

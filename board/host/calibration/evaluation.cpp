@@ -85,26 +85,6 @@ Found solve_refined_pose(const calibration::Calibration<double>& c, const Mat3<d
     return {r.pose, r.converged() && solution->right_handed, solution->iterations, r.misfit_share};
 }
 
-/// Covariance of the position that a tracker states for these couplings without noise: of the floor, then of errors of the
-/// calibration and of the misfit.
-std::pair<Mat3<double>, Mat3<double>> stated_covariances(const calibration::Calibration<double>& c, const Mat3<double>& x,
-                                                         const Found& found) {
-    const double strength = x.norm() / std::sqrt(1.5);
-    tracking::CommonParams<double> params;
-    params.misfit_floor = c.misfit_floor;
-    params.floor_share = c.errors.floor_share;
-    params.pick_up_sigma = c.pick_up.sigma;
-    const double floor = tracking::floor_variance(params, strength);
-    const double gate = params.distortion_gate * params.calibration_variance(strength);
-    const double misfit = found.misfit_share * x.norm() * found.misfit_share * x.norm();
-    const bool significant = floor > 0 && misfit > gate;
-    const double hidden = significant ? tracking::kHiddenShare * tracking::kHiddenShare * misfit / 3 : 0;
-    const double range_m = found.pose.position_m.norm();
-    const Mat6<double> unit = solver::pose_covariance<double>(strength, range_m, found.pose.position_m / range_m, 1);
-    const Mat6<double> of_coils = tracking::covariance_of_coil_errors(c.errors, found.pose.position_m);
-    return {(floor * unit).topLeftCorner<3, 3>(), (hidden * unit + of_coils).topLeftCorner<3, 3>()};
-}
-
 }  // namespace
 
 Fixtures fixtures_of(const CalibrationFile& calibration, const PoseFile& file) {
@@ -157,6 +137,28 @@ void correct_wiring(const CalibrationFile& calibration, std::vector<PoseFile>& f
     }
 }
 
+void state_deviations(const calibration::Calibration<double>& calibration, std::vector<EvaluatedPose>& errors) {
+    tracking::CommonParams<double> params;
+    params.misfit_floor = calibration.misfit_floor;
+    params.floor_share = calibration.errors.floor_share;
+    params.pick_up_sigma = calibration.pick_up.sigma;
+    for (EvaluatedPose& error : errors) {
+        const double floor = tracking::floor_variance(params, error.strength);
+        const double misfit = 1.5 * error.misfit_share * error.misfit_share * error.strength * error.strength;
+        const bool significant = floor > 0 && misfit > params.distortion_gate * params.calibration_variance(error.strength);
+        const double hidden = significant ? tracking::kHiddenShare * tracking::kHiddenShare * misfit / 3 : 0;
+        const double range_m = error.solved_m.norm();
+        const Mat6<double> unit = solver::pose_covariance<double>(error.strength, range_m, error.solved_m / range_m, 1);
+        const Mat6<double> of_coils = tracking::covariance_of_coil_errors(calibration.errors, error.solved_m);
+        error.of_floor = (floor * unit).topLeftCorner<3, 3>();
+        error.of_others = (hidden * unit + of_coils).topLeftCorner<3, 3>();
+        if (const Mat3<double> stated = error.of_floor + error.of_others; stated.trace() > 0) {
+            error.deviation_m = std::sqrt(stated.trace());
+            error.sigmas = std::sqrt(error.error_m.dot(stated.inverse() * error.error_m));
+        }
+    }
+}
+
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                     EvaluationSolver solver) {
     auto c = calibration.calibration;
@@ -179,11 +181,8 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
         error.rotation_error_rad =
             geometry::quaternion_to_rotation_vector<double>(found.pose.q_source_sensor * truth.q_source_sensor.conjugate());
         error.misfit_share = found.misfit_share;
-        std::tie(error.of_floor, error.of_others) = stated_covariances(c, x, found);
-        if (const Mat3<double> stated = error.of_floor + error.of_others; stated.trace() > 0) {
-            error.deviation_m = std::sqrt(stated.trace());
-            error.sigmas = std::sqrt(error.error_m.dot(stated.inverse() * error.error_m));
-        }
+        error.strength = x.norm() / std::sqrt(1.5);
+        error.solved_m = found.pose.position_m;
         if (const auto& metal = c.surroundings_lag.dipoles; pose.quadrature && !pose.quadrature->isZero(0) && !metal.empty()) {
             const Mat3<double> lag = field::induced_couplings<double>(c.model, metal, truth.position_m,
                                                                       truth.q_source_sensor.toRotationMatrix().transpose());
@@ -192,6 +191,7 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
         error.unexplained_share = std::min((expected - pose.x).norm() / pose.x.norm(), 1.0);
         errors.push_back(error);
     });
+    state_deviations(c, errors);
     return errors;
 }
 

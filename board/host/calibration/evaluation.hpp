@@ -21,7 +21,9 @@ struct EvaluatedPose {
     Vec3<double> truth_m = Vec3<double>::Zero();
     Vec3<double> error_m = Vec3<double>::Zero();  // tracker minus stage
     Vec3<double> rotation_error_rad = Vec3<double>::Zero();
-    double misfit_share = 0;  // share of the couplings that the pose does not explain
+    double misfit_share = 0;                       // share of the couplings that the pose does not explain
+    double strength = 0;                           // k of the measured couplings
+    Vec3<double> solved_m = Vec3<double>::Zero();  // by the coils, before a correction of the output
     // Covariance of the position that a tracker states without noise: of the misfit floor, and of the calibration's other errors.
     Mat3<double> of_floor = Mat3<double>::Zero();
     Mat3<double> of_others = Mat3<double>::Zero();
@@ -43,6 +45,9 @@ Fixtures fixtures_of(const CalibrationFile& calibration, const PoseFile& file);
 /// converge are marked. Throws InputError like fixtures_of(), and for couplings without a pose.
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                     EvaluationSolver solver);
+
+/// What trackers state for these poses without noise, with the numbers that `calibration` has now: of_floor to deviation_m.
+void state_deviations(const calibration::Calibration<double>& calibration, std::vector<EvaluatedPose>& errors);
 
 /// Calls use(index of the file, pose, true pose) for each pose. Throws InputError like fixtures_of().
 void for_each_pose(const CalibrationFile& calibration, std::vector<PoseFile> files,

@@ -138,10 +138,11 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     file.calibration.phase_rad = phase_rad;
     file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, files));
     const auto solver = options.model == FitModel::concentric ? EvaluationSolver::direct : EvaluationSolver::refined;
-    const auto errors = evaluate(file, files, solver);
+    auto errors = evaluate(file, files, solver);
     const ErrorBand all = error_band(errors);
     file.calibration.misfit_floor = misfit_floor_of(errors, fit.outliers.size());
-    file.calibration.errors.floor_share = floor_share_of(evaluate(file, files, solver), fit.outliers.size());
+    state_deviations(file.calibration, errors);
+    file.calibration.errors.floor_share = floor_share_of(errors, fit.outliers.size());
     result["misfit_floor"] = file.calibration.misfit_floor;
     if (const std::string places = places_not_converged(errors, files); !places.empty()) {
         report.warnings.push_back(places + ": did not converge, not in the RMS");
