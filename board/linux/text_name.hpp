@@ -21,8 +21,10 @@ struct TextName {
     std::optional<double> sigma;
     int sensors = 1;
 };
+/// Finished poses: such a source has no columns.
+inline bool has_poses(const std::string& device) { return device.starts_with("poses:"); }
 inline bool is_text_source(const std::string& device) {
-    return device.starts_with("columns:") || device.starts_with("couplings:") || device.starts_with("poses:");
+    return device.starts_with("columns:") || device.starts_with("couplings:") || has_poses(device);
 }
 /// Throws InputError that names the invalid part.
 TextName parse_text_name(const std::string& device);

@@ -192,7 +192,7 @@ std::optional<TextFrame> TextSource::parse(std::string_view line) {
     host::refuse_if(lines_.was_cut(), "the line is longer than {} KiB", LineInput::kLongestLine >> 10U);
     is_of_coils_ = is_of_coils_ || line.starts_with(host::kOfCoilsComment);
     host::refuse_if(is_of_coils_ && params_.session.has_wiring, "the wiring is corrected already; leave out --wiring");
-    if (!device_.starts_with("poses:")) {
+    if (!has_poses(device_)) {
         return rows_.parse(line);
     }
     if (line.empty() || line.front() == '#' || line.starts_with("sensor,")) {  // comment, names

@@ -1,5 +1,6 @@
 """Filter for sensors of one coil that move while the coils of a generator are measured in turn."""
 
+import itertools
 import json
 import os
 import subprocess
@@ -256,8 +257,11 @@ class Command(unittest.TestCase):
         result = json.loads(done.stdout.splitlines()[-1])
         refused = subprocess.run([program, "run", "--device", "couplings:-", "--calibration", self.path("g.toml")], stdin=subprocess.DEVNULL, capture_output=True, text=True)
         self.assertEqual((refused.returncode, "is a generator for sensors of one coil" in refused.stderr), (2, True), refused.stderr)
-        for words in (["run", "--record", self.path("take")], ["serve", "--web", "0", "--record-folder", self.folder.name]):
-            refused = subprocess.run([program, words[0], "--device", "poses:-", *words[1:]], stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        with open(self.path("poses.toml"), "w") as file:
+            file.write('device = "poses:-"\n')
+        for words, source in itertools.product((["run", "--record", self.path("take")], ["serve", "--web", "0", "--record-folder", self.folder.name]),
+                                               (["--device", "poses:-"], ["--config", self.path("poses.toml")])):
+            refused = subprocess.run([program, words[0], *source, *words[1:]], stdin=subprocess.DEVNULL, capture_output=True, text=True)
             self.assertEqual((refused.returncode, "poses have no columns" in refused.stderr), (2, True), refused.stderr)
         self.assertEqual(result["flags_seen"].split(", ")[-1], "roll_undefined", result)
         with open(self.path("out.csv")) as file:

@@ -58,7 +58,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     refuse_fixed_method(command.options.tracker);
     refuse_if(!command.options.samples.empty(), "--samples: not with a device, because a device sends columns");
     refuse_if(!command.options.wav.empty(), "--record-wav: not with a device; use tricoil device capture");
-    refuse_if(!command.options.record.empty() && options.config.device.starts_with("poses:"),
+    refuse_if(!command.options.record.empty() && linux_board::has_poses(options.config.device),
               "--record: poses have no columns; use --out");
     refuse_if(!command.options.couplings.empty(), "--couplings: not with a device, whose true poses are not known");
     for (const CLI::Option* option : options_of(*command.app)) {

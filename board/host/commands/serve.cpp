@@ -74,8 +74,6 @@ int run_serve(const ServeCommand& command) {
     check_components(command);
     refuse_unused(command);
     refuse_fixed_method(command.run->options.tracker);
-    refuse_if(!command.record_folder.empty() && command.run->device.starts_with("poses:"),
-              "--record-folder: poses have no columns; leave it out");
     TrackerControl control(hemisphere_refusal(command));
     const auto recording = open_recording(command);
     if (recording || is_on_device(*command.run)) {

@@ -1,4 +1,5 @@
 #include "board/host/commands/serve_command.hpp"
+#include "board/linux/text_name.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/support/errors.hpp"
 
@@ -55,7 +56,13 @@ nlohmann::ordered_json source_of(const ServeCommand& command) {
         return {{"kind", "recording"}, {"recording", command.recording}};
     }
     const RunCommand& run = *command.run;
-    return is_on_device(run) ? linux_board::describe_source(device_options(run).config) : describe_source(run.options);
+    if (!is_on_device(run)) {
+        return describe_source(run.options);
+    }
+    const auto config = device_options(run).config;
+    refuse_if(!command.record_folder.empty() && linux_board::has_poses(config.device),
+              "--record-folder: poses have no columns; leave it out");
+    return linux_board::describe_source(config);
 }
 
 int run_source(const ServeCommand& command, const std::optional<Recording>& recording, const LoopParams& loop,
