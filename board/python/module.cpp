@@ -2,6 +2,7 @@
 #include "board/pose_text/flag_names.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
+#include "board/record/record_lines.hpp"
 #include "board/support/errors.hpp"
 #include "core/tracking/pose_flags.hpp"
 #include "core/tracking/tracker_params.hpp"
@@ -36,6 +37,7 @@ PYBIND11_MODULE(_tricoil, module) {
     module.attr("MIN_SNR") = tracking::CommonParams<double>{}.min_snr;
     module.attr("MAX_DEVIATION_M") = tracking::CommonParams<double>{}.max_deviation_m;
     module.attr("MAX_MISFIT") = tracking::CommonParams<double>{}.max_misfit;
+    module.attr("RECORDED_POSE") = host::record_headers()[static_cast<std::size_t>(host::RecordFile::poses)];
     add_command(module);
     add_figures(module);
     add_generator(module);

@@ -10,7 +10,8 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import RotationSpline
 
 from . import _generator_table as tables
-from ._coil_filter import CoilFilter
+from . import _tricoil
+from ._coil_filter import COUNTERS, CoilFilter
 from ._dynamic import number
 from ._flags import Flag
 from ._generator import read_generator
@@ -25,10 +26,6 @@ from ._truth_command import numbers
 
 NAMES = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "std_x_m", "std_y_m", "std_z_m", "std_rx_rad", "std_ry_rad", "std_rz_rad", "vx_m_s", "vy_m_s", "vz_m_s",
          "wx_rad_s", "wy_rad_s", "wz_rad_s", "snr_db", "gain", "gain_std", "nx", "ny", "nz")
-# Of poses.csv in a recording.
-RECORDED = ("sensor,sequence,time_us,valid,flags,state,x_m,y_m,z_m,qw,qx,qy,qz,cov_xx,cov_xy,cov_xz,cov_xrx,cov_xry,cov_xrz,cov_yy,cov_yz,cov_yrx,cov_yry,"
-            "cov_yrz,cov_zz,cov_zrx,cov_zry,cov_zrz,cov_rxrx,cov_rxry,cov_rxrz,cov_ryry,cov_ryrz,cov_rzrz,distortion_mm,snr_db,predicted_error_mm,"
-            "predicted_error_deg,x11,x21,x31,x12,x22,x32,x13,x23,x33")
 FEW_ROWS = 3  # with which the duration of a frame is known
 
 
@@ -85,7 +82,7 @@ def _recorded_lines(poses, sensor, first):
 
 
 def _header(is_single):
-    return (f"# {ROLL}: flag {int(Flag.ROLL_UNDEFINED)}; x of the sensor frame is along the coil\n" if is_single else "") + RECORDED + "\n"
+    return (f"# {ROLL}: flag {int(Flag.ROLL_UNDEFINED)}; x of the sensor frame is along the coil\n" if is_single else "") + _tricoil.RECORDED_POSE + "\n"
 
 
 def _errors(poses, frames, generator, where, rows_of):
@@ -166,7 +163,7 @@ def run(files, generator=None, out=None, gain=None, sigma=None, side=None, witho
     truth = None
     if len(every) == 1:
         truth = _errors(next(iter(every.values())), frames, coils, where, rows_of)
-    total = {name: sum(one.counters[name] for one in filters.values()) for name in ("outliers", "starts", "losses")}
+    total = {name: sum(one.counters[name] for one in filters.values()) for name in COUNTERS}
     notes = []
     if any(ambiguous) and side is None:
         notes.append("poses on both sides of the generator fit: give the side of the sensor with --side")
