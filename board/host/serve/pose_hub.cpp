@@ -60,7 +60,7 @@ void PoseHub::do_begin(const Settings& settings) {
     sensors_ = settings.sensors;
     const auto& common = settings.tracker.common;
     confinement_.assign(common.confined ? static_cast<std::size_t>(sensors_) : 0, common.hemisphere);
-    utc_.begin(common.window_s);
+    clock_.begin(common.window_s);
 }
 
 void PoseHub::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
@@ -76,7 +76,8 @@ void PoseHub::add(const tracking::PoseEstimate<double>& estimate, const std::opt
         sensors_ = std::max(sensors_, estimate.sensor + 1);
         ServedPose& served = ring_[count_ % kCapacity];
         served.pose = estimate;
-        served.utc = utc_.at(estimate.time);
+        served.utc = clock_.utc(estimate.time);
+        served.epoch = clock_.epoch();
         served.expected_error_m = expected_.after(estimate);
         served.truth = truth;
         ++count_;

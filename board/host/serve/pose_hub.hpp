@@ -92,7 +92,7 @@ private:
     LinkHealth health_;
     int sensors_ = 0;
     std::vector<Vec3<double>> confinement_;
-    PoseUtc utc_;
+    PoseClock clock_;
     ExpectedError expected_;
     std::function<void()> notify_;
 };
