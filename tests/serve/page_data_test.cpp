@@ -177,6 +177,25 @@ TEST_F(RecordingLibraryTest, ADamagedLineEndsAnIncompleteRecordingWithItsReason)
     EXPECT_THAT(lines.back()["error"], Not(HasSubstr(folder_)));
 }
 
+TEST_F(RecordingLibraryTest, SendsTheTruePosesOfASimulation) {
+    {
+        host::Recorder recorder(folder_ + "/true", {{"truth_frame", "source"}}, host::Journal::WhenFull::wait);
+        for (int n = 0; n < 3; ++n) {
+            const auto pose = pose_at(n * 4167, 0.5).pose;
+            recorder.truth(pose.sensor, pose.time, {{0.1 * n, n == 1 ? std::nan("") : 0, 0}, Quat<double>::Identity()});
+            recorder.pose(pose);
+        }
+    }
+    const auto lines = lines_of("true");
+    ASSERT_EQ(lines.size(), 5U);
+    EXPECT_THAT(lines[1]["error"], HasSubstr("true/events.csv:4: the true position is not finite"));
+    EXPECT_THAT(lines[1]["error"], Not(HasSubstr(folder_)));
+    ASSERT_EQ(lines[2].size(), kCompactColumns.size() + 1);
+    EXPECT_EQ(lines[2].back(), nlohmann::json({0, 0, 0, 1, 0, 0, 0}));
+    EXPECT_EQ(lines[3].size(), kCompactColumns.size());
+    EXPECT_EQ(lines[4].size(), kCompactColumns.size());
+}
+
 TEST_F(RecordingLibraryTest, RefusesOtherNamesAndDamagedRecordings) {
     record("good", 2);
     std::ofstream(folder_ + "/good/poses.csv", std::ios::app) << "1,2,3\n";

@@ -1,6 +1,7 @@
 #include "board/host/serve/pose_hub.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace tricoil::host {
 
@@ -70,7 +71,7 @@ void PoseHub::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
     }
 }
 
-void PoseHub::add(const tracking::PoseEstimate<double>& estimate, const std::optional<TruePose>& truth) {
+void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
     {
         const std::lock_guard lock(mutex_);
         sensors_ = std::max(sensors_, estimate.sensor + 1);
@@ -78,7 +79,7 @@ void PoseHub::add(const tracking::PoseEstimate<double>& estimate, const std::opt
         served.pose = estimate;
         served.utc = utc_.at(estimate.time);
         served.expected_error_m = expected_.after(estimate);
-        served.truth = truth;
+        served.truth = std::exchange(truth_, std::nullopt);
         ++count_;
         if (estimate.sensor < newest_.size()) {
             newest_[estimate.sensor] = served;
