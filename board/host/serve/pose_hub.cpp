@@ -46,6 +46,11 @@ LinkHealth PoseHub::health() const {
     return health_;
 }
 
+Json PoseHub::newer_levels(std::uint64_t& seen) const {
+    const std::lock_guard lock(mutex_);
+    return levels_.newer(seen);
+}
+
 int PoseHub::sensors() const {
     const std::lock_guard lock(mutex_);
     return sensors_;
@@ -62,6 +67,11 @@ void PoseHub::do_begin(const Settings& settings) {
     const auto& common = settings.tracker.common;
     confinement_.assign(common.confined ? static_cast<std::size_t>(sensors_) : 0, common.hemisphere);
     utc_.begin(common.window_s);
+}
+
+void PoseHub::do_column(const MeasuredColumn<double>& column) {
+    const std::lock_guard lock(mutex_);
+    levels_.take(column);
 }
 
 void PoseHub::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
