@@ -36,6 +36,7 @@ private:
     void do_column(const MeasuredColumn<double>& column) override { next_.column(column); }
     void do_tick(std::uint8_t sensor, DeviceTime now) override { next_.tick(sensor, now); }
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
+    void do_truth(std::uint8_t sensor, DeviceTime time, const TruePose& pose) override;
     void do_pose(const Pose& estimate) override;
     void do_fault(std::string_view text) override { next_.fault(text); }
     void pass(const Pose& pose);
@@ -48,6 +49,7 @@ private:
     bool is_aligned_;
     bool has_boresight_;
     std::array<std::optional<tracking::OutputFrame<double>>, tracking::kMaxSensors> boresighted_;  // from the first valid pose on
+    std::optional<TruePose> truth_;                                                                // of the next pose
     std::string frame_name_ = "source";
     std::optional<RelativePoses> relative_;
 };
