@@ -119,7 +119,7 @@ TEST(PoseHub, PosesHaveTheirExpectedError) {
 TEST(PoseHub, EpochsCountWhatStartsAgain) {
     PoseHub hub;
     PoseHub::Cursor cursor = hub.cursor();
-    const auto begin = [&] { hub.begin({.sensors = 1}); };
+    const auto begin = [&] { hub.begin({}); };
     begin();
     begin();
     hub.pose(uncertain_by(1e-3, 0));
