@@ -172,7 +172,7 @@ async function levels(browser, html, check, pictures) {
   check(await page.evaluate(() => document.activeElement.textContent === 'Levels'), 'a key leads to the levels');
   const shown = await cells();
   check(
-      shown[0] === 'S1: gain step 3, not saturated, reference current found' && shown[1] === '1 1.230e−2 25.0 % 1.9e−5 56.2 dB' &&
+      shown[0] === 'S1: gain step 3, not saturated, reference found' && shown[1] === '1 1.230e−2 25.0 % 1.9e−5 56.2 dB' &&
           shown[3] === '3 0.000e+0 – – –',
       `they are those of the device: ${shown[0]}; ${shown[1]}; ${shown[3]}`);
   const small = await page.$$eval('#levels *', all => all.filter(part => parseFloat(getComputedStyle(part).fontSize) < 12).length);
@@ -181,7 +181,7 @@ async function levels(browser, html, check, pictures) {
   send([levelRow(0, 2, {saturated: 7, without_reference: 240}), levelRow(1, 1)]);
   await wait(() => document.querySelectorAll('#levels tbody tr').length === 4);
   check(
-      (await cells())[0] === 'S2: gain step 3, ▲ saturated 7 of 240, ▲ no reference current in 240 of 240',
+      (await cells())[0] === 'S2: gain step 3, ▲ saturated 7 of 240, ▲ no reference in 240 of 240',
       `of the chosen sensor, with its faults: ${(await cells())[0]}`);
   send([]);
   await wait(() => /No columns/.test(document.querySelector('#levels p').textContent));

@@ -12,7 +12,7 @@ const fixed = (value, digits, unit) => value === null ? '–' : `${value.toFixed
 function coilRows({coil, columns, gain_step, saturated, without_reference, coupling, level, noise, snr_db}) {
   const about = [
     `gain step ${gain_step}`, saturated ? `▲ saturated ${saturated} of ${columns}` : 'not saturated',
-    without_reference ? `▲ no reference current in ${without_reference} of ${columns}` : 'reference current found'
+    without_reference ? `▲ no reference in ${without_reference} of ${columns}` : 'reference found'
   ];
   const row = k => [String(k + 1), exact(coupling[k], 3), fixed(level[k] === 0 ? null : 100 * level[k], 1, '%'), exact(noise[k], 1), fixed(snr_db[k], 1, 'dB')];
   return make(
@@ -46,7 +46,7 @@ export class Levels {
     this.note.textContent = page.playback ? 'A playback has no levels: use tricoil serve with the recording.' :
         rows.length === 0                 ? 'No columns: the device sends poses only, or has not begun.' :
         old                               ? 'Old: no columns come.' :
-                                            'Of the last second.';
+                                            'Of the last second. Keep the sensor at rest: motion counts as noise.';
     this.table.dataset.old = String(old);
     this.table.replaceChildren(...rows.length ? [this.head, ...rows.map(coilRows)] : []);
   }
