@@ -23,18 +23,22 @@ Json json_of(const PageStatus& status) {
     for (const Vec3<double>& towards : status.confinement) {
         confined_to.push_back({towards.x(), towards.y(), towards.z()});
     }
-    return {{"running", status.running},
-            {"recording", status.recording.on},
-            {"recording_name", status.recording.name},
-            {"recording_s", status.recording.seconds},
-            {"recording_bytes", status.recording.bytes},
-            {"recording_error", status.recording.error},
-            {"controls", status.controls},
-            {"pages", status.pages},
-            {"now_ms", 1e-3 * static_cast<double>(to_us(status.now))},
-            {"health", health_json(status.health)},
-            {"confined_to", confined_to},
-            {"tour", json_of(status.tour)}};
+    Json json{{"running", status.running},
+              {"recording", status.recording.on},
+              {"recording_name", status.recording.name},
+              {"recording_s", status.recording.seconds},
+              {"recording_bytes", status.recording.bytes},
+              {"recording_error", status.recording.error},
+              {"controls", status.controls},
+              {"pages", status.pages},
+              {"now_ms", 1e-3 * static_cast<double>(to_us(status.now))},
+              {"health", health_json(status.health)},
+              {"confined_to", confined_to},
+              {"tour", json_of(status.tour)}};
+    if (!status.levels.is_null()) {
+        json["levels"] = status.levels;
+    }
+    return json;
 }
 
 /// Appends a comma, unless an array begins here, and the number; null if there is none.

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <array>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,6 +43,7 @@ struct PageStatus {
     LinkHealth health;
     std::vector<Vec3<double>> confinement;  // of PoseHub
     TourPlace tour = {};
+    nlohmann::ordered_json levels = nullptr;  // PageLevels::newer()
 };
 
 /// Data that a page needs once: columns of the compact form, names of flags and states, the flags that make a pose invalid, the

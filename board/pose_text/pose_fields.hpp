@@ -14,6 +14,7 @@
 #include "board/support/wall_clock.hpp"
 #include "core/base/flag_set.hpp"
 #include "core/geometry/euler_order.hpp"
+#include "core/solver/refine.hpp"
 #include "core/tracking/pose_estimate.hpp"
 
 namespace tricoil::host {
@@ -82,10 +83,7 @@ struct PoseUnits {
 };
 
 /// True pose of a simulated sensor.
-struct TruePose {
-    Vec3<double> position_m = Vec3<double>::Zero();
-    Quat<double> q_source_sensor = Quat<double>::Identity();
-};
+using TruePose = solver::RigidPose<double>;
 
 /// A pose, and what only some sources have. A field without content is empty in CSV and null in JSON.
 struct PoseRow {

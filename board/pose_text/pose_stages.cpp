@@ -1,6 +1,6 @@
 #include "board/pose_text/pose_stages.hpp"
 
-#include <fmt/format.h>
+#include <utility>
 
 namespace tricoil::host {
 
@@ -11,10 +11,6 @@ PoseStages::PoseStages(const OutputOptions& options, tracking::TrackerTap<double
       has_boresight_(options.boresight) {
     if (options.relative_to > 0) {
         relative_.emplace(static_cast<std::uint8_t>(options.relative_to - 1), [this](const Pose& pose) { pass(pose); });
-        frame_name_ = fmt::format("sensor{}", options.relative_to - 1);
-    }
-    if (is_aligned_) {
-        frame_name_ = "aligned";
     }
 }
 
@@ -32,6 +28,13 @@ void PoseStages::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards)
     }
 }
 
+/// A relative pose waits for its reference, and has no true pose.
+void PoseStages::do_truth(std::uint8_t /*sensor*/, DeviceTime /*time*/, const TruePose& pose) {
+    if (!relative_) {
+        truth_ = pose;
+    }
+}
+
 void PoseStages::do_pose(const Pose& estimate) { relative_ ? relative_->take(estimate) : pass(estimate); }
 
 void PoseStages::finish() {
@@ -43,6 +46,9 @@ void PoseStages::finish() {
 void PoseStages::pass(const Pose& pose) {
     if (has_boresight_ && pose.valid() && pose.sensor < boresighted_.size() && !boresighted_[pose.sensor]) {
         tracking::boresight(boresighted_[pose.sensor].emplace(format_.frame), pose.q_source_sensor);
+    }
+    if (const auto truth = std::exchange(truth_, std::nullopt)) {
+        next_.truth(pose.sensor, pose.time, framed(pose, *truth, nullptr));
     }
     next_.pose(framed(pose));
 }

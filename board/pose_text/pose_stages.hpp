@@ -21,8 +21,6 @@ public:
     PoseStages(const OutputOptions& options, tracking::TrackerTap<double>& next);
 
     [[nodiscard]] const PoseUnits& units() const { return format_.units; }
-    /// Name of the frame of the positions: source, sensorN (N from 0) or aligned.
-    [[nodiscard]] const std::string& frame_name() const { return frame_name_; }
     /// The true pose at the time of `pose`, in its frame; reference: of the sensor of --relative-to, if there is one.
     [[nodiscard]] TruePose framed(const Pose& pose, const TruePose& truth, const TruePose* reference) const;
     /// Velocity and angular rate of the sensor, source frame, as those of the output. Not for relative poses. The boresight does
@@ -36,6 +34,7 @@ private:
     void do_column(const MeasuredColumn<double>& column) override { next_.column(column); }
     void do_tick(std::uint8_t sensor, DeviceTime now) override { next_.tick(sensor, now); }
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
+    void do_truth(std::uint8_t sensor, DeviceTime time, const TruePose& pose) override;
     void do_pose(const Pose& estimate) override;
     void do_fault(std::string_view text) override { next_.fault(text); }
     void pass(const Pose& pose);
@@ -48,7 +47,7 @@ private:
     bool is_aligned_;
     bool has_boresight_;
     std::array<std::optional<tracking::OutputFrame<double>>, tracking::kMaxSensors> boresighted_;  // from the first valid pose on
-    std::string frame_name_ = "source";
+    std::optional<TruePose> truth_;                                                                // of the next pose
     std::optional<RelativePoses> relative_;
 };
 

@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "board/host/commands/calibrations.hpp"
+#include "board/host/commands/calibration_files.hpp"
 #include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"

@@ -7,7 +7,7 @@
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
-#include "board/host/commands/calibrations.hpp"
+#include "board/host/commands/calibration_files.hpp"
 #include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"

@@ -19,11 +19,14 @@ namespace {
 
 constexpr std::size_t kInputFields = 20;
 constexpr std::size_t kPoseFields = 47;
+constexpr std::size_t kEventFields = 4;
+constexpr std::string_view kTruth = ",truth,";
 
 /// Reads the fields of one line in order.
 class Fields {
 public:
-    Fields(std::string_view line, std::size_t count, const std::string& where) : where_(where), fields_(split(line, ',')) {
+    Fields(std::string_view line, std::size_t count, const std::string& where, char separator = ',')
+        : where_(where), fields_(split(line, separator)) {
         refuse_if(fields_.size() != count, "{}: has {} fields instead of {}", where, fields_.size(), count);
     }
 
@@ -124,6 +127,12 @@ std::string line_of(const tracking::PoseEstimate<double>& e) {
     return {text.data(), put_csv({e}, kRecordedForm, {}, text)};
 }
 
+std::string line_of(const TrueSensor& truth) {
+    const auto& [p, q] = truth.pose;
+    return fmt::format("{},{}{}{} {} {} {} {} {} {}", to_us(truth.time), truth.sensor, kTruth, p.x(), p.y(), p.z(), q.w(), q.x(),
+                       q.y(), q.z());
+}
+
 TrackerInput parse_input(std::string_view line, const std::string& where) {
     Fields fields(line, kInputFields, where);
     TrackerInput input;
@@ -199,6 +208,26 @@ tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::stri
         x = fields.number<double>();
     }
     return e;
+}
+
+std::optional<TrueSensor> parse_truth(std::string_view line, const std::string& where) {
+    constexpr std::size_t kNumbers = 7;
+    constexpr double kUnitTolerance = 1e-3;
+    if (line.find(kTruth) == std::string_view::npos) {  // the other events are for people
+        return std::nullopt;
+    }
+    Fields fields(line, kEventFields, where);
+    TrueSensor truth;
+    truth.time = device_time_us(fields.number<std::int64_t>());
+    truth.sensor = fields.number_below<std::uint8_t>(tracking::kMaxSensors);
+    fields.skip(1);
+    Fields numbers(fields.text(), kNumbers, where, ' ');
+    truth.pose.position_m = numbers.vector();
+    truth.pose.q_source_sensor.w() = numbers.number<double>();
+    truth.pose.q_source_sensor.vec() = numbers.vector();
+    const bool is_pose = truth.pose.position_m.allFinite() && std::abs(truth.pose.q_source_sensor.norm() - 1) < kUnitTolerance;
+    refuse_if(!is_pose, "{}: the true position is not finite, or its quaternion is not a rotation", where);
+    return truth;
 }
 
 }  // namespace tricoil::host

@@ -3,10 +3,12 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "core/signal/column.hpp"
+#include "core/solver/refine.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_params.hpp"
 
@@ -41,15 +43,25 @@ struct TrackerInput {
     Vec3<double> hemisphere = Vec3<double>::Zero();
 };
 
+/// Event `truth`: true pose of a simulated sensor at the time of a pose, source frame.
+struct TrueSensor {
+    std::uint8_t sensor = 0;
+    DeviceTime time{};
+    solver::RigidPose<double> pose{};
+};
+
 /// True for a column of the first sensor that measures couplings, in either band.
 bool has_couplings(const TrackerInput& input);
 
 std::string line_of(const TrackerInput& input);
 std::string line_of(const tracking::PoseEstimate<double>& estimate);
+std::string line_of(const TrueSensor& truth);
 
 /// Throws InputError, beginning with `where`, if the line is not an input.
 TrackerInput parse_input(std::string_view line, const std::string& where);
 /// Restores only the total of the predicted error. Throws like parse_input().
 tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::string& where);
+/// Nullopt for another event. Throws like parse_input().
+std::optional<TrueSensor> parse_truth(std::string_view line, const std::string& where);
 
 }  // namespace tricoil::host

@@ -137,6 +137,10 @@ void Recorder::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
     event(sensor, "hemisphere", fmt::format("{} {} {}", towards.x(), towards.y(), towards.z()));
 }
 
+void Recorder::do_truth(std::uint8_t sensor, DeviceTime time, const solver::RigidPose<double>& pose) {
+    append(RecordFile::events, line_of(TrueSensor{sensor, time, pose}));
+}
+
 void Recorder::do_pose(const tracking::PoseEstimate<double>& estimate) {
     append(RecordFile::poses, line_of(estimate));
     if (estimate.sensor < flags_.size() && !(flags_[estimate.sensor] == estimate.flags)) {

@@ -4,6 +4,7 @@
 
 #include "board/pose_text/pose_stages.hpp"
 #include "board/record/recorded_source.hpp"
+#include "board/record/recorded_truth.hpp"
 #include "board/stream/stream_loop.hpp"
 #include "board/support/output_file.hpp"
 #include "core/geometry/rotations.hpp"
@@ -85,6 +86,35 @@ private:
     double orientation_squared_ = 0;
 };
 
+/// Errors of the poses of the first sensor against the true ones of a recorded simulation, scored like those of its run.
+class TrueErrors {
+public:
+    explicit TrueErrors(const Recording& recording) : truth_(recording), begins_(!recording.midway()) {}
+
+    void add(const Pose& pose) {
+        const auto truth = truth_.at(pose.sensor, pose.time);
+        settled_ = settled_.value_or((begins_ ? DeviceTime{} : pose.time) + microseconds_from_seconds(kScoreSettling_s));
+        const double range_m = truth && pose.sensor == 0 ? truth->position_m.norm() : 0;
+        if (pose.valid() && pose.time >= *settled_ && range_m >= kNearestScored_m && range_m <= kFarthestScored_m) {
+            error_m_.push_back((pose.position_m - truth->position_m).norm());
+            error_rad_.push_back(geometry::angle_between(pose.q_source_sensor, truth->q_source_sensor));
+        }
+    }
+
+    void finish(ReplayReport& report) {
+        report.scored = error_m_.size();
+        report.error_m = summarise(std::move(error_m_));
+        report.error_rad = summarise(std::move(error_rad_));
+    }
+
+private:
+    RecordedTruth truth_;
+    bool begins_;  // the simulation and its clock begin with the recording
+    std::optional<DeviceTime> settled_;
+    std::vector<double> error_m_;
+    std::vector<double> error_rad_;
+};
+
 }  // namespace
 
 ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out,
@@ -92,6 +122,7 @@ ReplayReport replay(const Recording& recording, const TrackerSettings& settings,
     ReplayReport report;
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
     Comparison comparison(recording.folder(), same_tracker && !recording.midway(), report);
+    TrueErrors errors(recording);
     std::optional<OutputFile> file;
     PoseUnits units;
     PoseTap written([&](const Pose& pose) { file->write(pose_line({pose}, PoseFormat::csv, kRecordedForm, units)); });
@@ -105,6 +136,7 @@ ReplayReport replay(const Recording& recording, const TrackerSettings& settings,
         ++report.poses;
         report.valid_poses += pose.valid() ? 1U : 0U;
         comparison.add(pose, line_of(pose));
+        errors.add(pose);
         if (file) {
             stages.pose(pose);
         }
@@ -119,6 +151,7 @@ ReplayReport replay(const Recording& recording, const TrackerSettings& settings,
     report.inputs = source.played();
     stages.finish();
     comparison.finish();
+    errors.finish(report);
     if (file) {
         file->commit();
     }

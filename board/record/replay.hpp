@@ -6,6 +6,7 @@
 #include "board/pose_text/output_format.hpp"
 #include "board/record/recording.hpp"
 #include "board/support/progress.hpp"
+#include "board/support/statistics.hpp"
 
 namespace tricoil::host {
 
@@ -22,6 +23,9 @@ struct ReplayReport {
     std::string first_difference;  // "FILE:LINE"; empty if none
     double rms_position_m = 0;     // difference between replayed and recorded poses, both valid
     double rms_orientation_rad = 0;
+    ErrorSummary error_m;  // of the first sensor against its true poses; see statistics.hpp
+    ErrorSummary error_rad;
+    std::uint64_t scored = 0;  // of these errors; 0: no true poses
 
     /// True if no pose differs and none is missing. If the recording is not complete, its last second may be missing.
     [[nodiscard]] bool reproduces(bool complete) const {

@@ -1,8 +1,10 @@
-// Forwards the calls of one tap to several taps.
+// Forwards the calls of one tap to several taps, in a simulation with the true poses.
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <initializer_list>
+#include <optional>
 #include <vector>
 
 #include "core/tracking/tracker_tap.hpp"
@@ -11,12 +13,16 @@ namespace tricoil::host {
 
 class TapFanOut final : public tracking::TrackerTap<double> {
 public:
+    using TruthOf = std::function<std::optional<solver::RigidPose<double>>(std::uint8_t sensor, DeviceTime time)>;
+
     /// Null pointers are ignored.
     TapFanOut(std::initializer_list<tracking::TrackerTap<double>*> taps) {
         std::copy_if(taps.begin(), taps.end(), std::back_inserter(taps_), [](const auto* tap) { return tap != nullptr; });
     }
     /// `tap` must outlive this object.
     void add(tracking::TrackerTap<double>& tap) { taps_.push_back(&tap); }
+    /// Passes the true pose of each pose, if `truth_of` has one.
+    void set_truth(TruthOf truth_of) { truth_of_ = std::move(truth_of); }
     [[nodiscard]] bool any() const { return !taps_.empty(); }
 
 private:
@@ -38,7 +44,13 @@ private:
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override {
         each([&](auto& tap) { tap.hemisphere(sensor, towards); });
     }
+    void do_truth(std::uint8_t sensor, DeviceTime time, const solver::RigidPose<double>& pose) override {
+        each([&](auto& tap) { tap.truth(sensor, time, pose); });
+    }
     void do_pose(const tracking::PoseEstimate<double>& estimate) override {
+        if (const auto pose = truth_of_ ? truth_of_(estimate.sensor, estimate.time) : std::nullopt) {
+            truth(estimate.sensor, estimate.time, *pose);
+        }
         each([&](auto& tap) { tap.pose(estimate); });
     }
 
@@ -47,6 +59,7 @@ private:
     }
 
     std::vector<tracking::TrackerTap<double>*> taps_;
+    TruthOf truth_of_;
 };
 
 }  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// RMS, percentiles and maximum of errors.
+// RMS, percentiles and maximum of errors, and which poses count in them.
 #pragma once
 
 #include <algorithm>
@@ -6,6 +6,11 @@
 #include <vector>
 
 namespace tricoil::host {
+
+/// Poses that are compared with true ones: after the settling time, with the true sensor in this range.
+constexpr double kScoreSettling_s = 0.5;
+constexpr double kNearestScored_m = 0.15;
+constexpr double kFarthestScored_m = 2.0;
 
 struct ErrorSummary {
     double rms = 0;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "board/page/page_levels.hpp"
 #include "board/page/pose_event.hpp"
 #include "board/simulation/simulated_source.hpp"
 #include "board/simulation/tour.hpp"
@@ -28,6 +29,7 @@ public:
         while (simulation_.board().clock.elapsed_s() < end_s_ && stream_.step({})) {
         }
         status_.health = stream_.health();
+        status_.levels = levels_.newer(levels_seen_);
         status_.now = utc_now();
         for (ServedPose& served : poses_) {
             served.utc = status_.now - (simulation_.board().clock.now() - served.pose.time);
@@ -36,6 +38,7 @@ public:
     }
 
 private:
+    void do_column(const MeasuredColumn<double>& column) override { levels_.take(column); }
     void do_pose(const tracking::PoseEstimate<double>& estimate) override {
         const SimulatedBoard& board = simulation_.board();
         const sim::Pose truth = board.stations.motion(0).at(board.clock.elapsed_s(estimate.time));
@@ -47,6 +50,8 @@ private:
     double end_s_ = 0;
     std::vector<ServedPose> poses_;
     ExpectedError expected_;
+    web::PageLevels levels_;
+    std::uint64_t levels_seen_ = 0;
     web::PageStatus status_;
 };
 

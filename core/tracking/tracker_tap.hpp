@@ -8,6 +8,7 @@
 #include "core/base/interface.hpp"
 #include "core/calibration/calibration.hpp"
 #include "core/signal/column.hpp"
+#include "core/solver/refine.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_params.hpp"
 
@@ -31,6 +32,8 @@ public:
     void column(const MeasuredColumn<Scalar>& column) { do_column(column); }
     void tick(std::uint8_t sensor, DeviceTime now) { do_tick(sensor, now); }
     void hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) { do_hemisphere(sensor, towards); }
+    /// True pose of a simulated sensor at this time, source frame; directly before the estimate of this time.
+    void truth(std::uint8_t sensor, DeviceTime time, const solver::RigidPose<Scalar>& pose) { do_truth(sensor, time, pose); }
     /// An estimate that a tracker returned or a tracker board sent.
     void pose(const PoseEstimate<Scalar>& estimate) { do_pose(estimate); }
     /// One line about a refused input, or a problem of the device or its link.
@@ -42,6 +45,7 @@ private:
     virtual void do_column(const MeasuredColumn<Scalar>& /*column*/) {}
     virtual void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) {}
     virtual void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<Scalar>& /*towards*/) {}
+    virtual void do_truth(std::uint8_t /*sensor*/, DeviceTime /*time*/, const solver::RigidPose<Scalar>& /*pose*/) {}
     virtual void do_pose(const PoseEstimate<Scalar>& /*estimate*/) {}
     virtual void do_fault(std::string_view /*text*/) {}
 };

@@ -156,11 +156,47 @@ async function playback(browser, html, check, pictures) {
   await close();
 }
 
+/// Levels of source coil `coil`, as a server sends them.
+const levelRow = (sensor, coil, more = {}) => ({
+  sensor, coil, columns: 240, gain_step: 3, saturated: 0, without_reference: 0, coupling: [0.0123, -0.5, 0], level: [0.25, 0.5, 0],
+  noise: [1.9e-5, 1.9e-5, null], snr_db: [56.2, 88.4, null], ...more
+});
+
+async function levels(browser, html, check, pictures) {
+  const {server, page, errors, wait, close} = await openPage(browser, html);
+  const send = (rows, status = {}) => server.send([sample(0, Date.now(), [0.4, 0, 0.1])], {levels: rows, ...status});
+  const cells = () => page.$$eval('#levels tbody tr', all => all.map(row => [...row.cells].map(cell => cell.textContent).join(' ')));
+  send([1, 2, 3].map(coil => levelRow(0, coil)));
+  await page.keyboard.press('l');
+  await wait(() => document.querySelectorAll('#levels tbody tr').length === 12);
+  check(await page.evaluate(() => document.activeElement.textContent === 'Levels'), 'a key leads to the levels');
+  const shown = await cells();
+  check(
+      shown[0] === 'S1: gain step 3, not saturated, reference current found' && shown[1] === '1 1.230e−2 25.0 % 1.9e−5 56.2 dB' &&
+          shown[3] === '3 0.000e+0 – – –',
+      `they are those of the device: ${shown[0]}; ${shown[1]}; ${shown[3]}`);
+  const small = await page.$$eval('#levels *', all => all.filter(part => parseFloat(getComputedStyle(part).fontSize) < 12).length);
+  check(small === 0, 'their text has at least 12 px');
+  await save(page, pictures, 'levels');
+  send([levelRow(0, 2, {saturated: 7, without_reference: 240}), levelRow(1, 1)]);
+  await wait(() => document.querySelectorAll('#levels tbody tr').length === 4);
+  check(
+      (await cells())[0] === 'S2: gain step 3, ▲ saturated 7 of 240, ▲ no reference current in 240 of 240',
+      `of the chosen sensor, with its faults: ${(await cells())[0]}`);
+  send([]);
+  await wait(() => /No columns/.test(document.querySelector('#levels p').textContent));
+  await page.keyboard.press('l');
+  check(await page.isHidden('#tools'), 'the key closes them');
+  check(errors.length === 0, `no errors in the page ${errors.join('; ')}`);
+  await close();
+}
+
 module.exports = async function pageWork(browser, html, check, pictures) {
   const {server, page, errors, wait, close} = await openPage(browser, html);
   await points(page, server, wait, check);
   check(errors.length === 0, `no errors in the page ${errors.join('; ')}`);
   await close();
+  await levels(browser, html, check, pictures);
   await pivot(browser, html, check);
   await playback(browser, html, check, pictures);
 };

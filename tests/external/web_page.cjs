@@ -96,6 +96,9 @@ async function recordAndPlay(page, server, folder) {
   const poses = await page.evaluate(() => window.tricoil.playback.sensors.get(0).poses.length);
   const recorded = fs.readFileSync(path.join(folder, 'take 1', 'poses.csv'), 'utf8').trim().split('\n').length - 1;
   check(poses === recorded, `every recorded pose is played: ${poses}`);
+  check(
+      await page.evaluate(() => [...window.tricoil.playback.sensors.values()].every(({poses}) => poses.every(({truth}) => truth))),
+      'with their true poses');
   await page.keyboard.press('Escape');
   await page.keyboard.press('t');
   check(

@@ -216,6 +216,17 @@ class Command(unittest.TestCase):
             with self.subTest(name):
                 refused(says)
 
+    def test_no_two_coils_may_be_exchanged(self):
+        world = World(0.5, frames=120)
+        straight = world.couplings
+        for one, other in itertools.combinations(range(len(world.generator)), 2):
+            world.couplings = straight.copy()
+            world.couplings[:, :, [one, other]] = straight[:, :, [other, one]]
+            poses, _ = world.tracked()
+            error = np.linalg.norm(poses["position_m"] - world.position_m[np.searchsorted(world.times.ravel(), poses["time_s"] - 1e-9)], axis=1)
+            with self.subTest(f"{one}, {other}"):
+                self.assertEqual(np.sum(poses["valid"] & (error > WRONG_M)), 0)
+
     def test_other_order_and_flat_coils(self):
         with open(self.path("c.csv")) as file:
             lines = file.read().splitlines()

@@ -315,6 +315,38 @@ TEST_F(Damage, InvalidLines) {
     EXPECT_THAT(tricoil("replay " + folder_).err, HasSubstr("inputs.csv:1: wrong header"));
 }
 
+TEST_F(Damage, TruePosesEndWhereTheyCannotBeUsed) {
+    fs::remove_all(folder_);
+    ASSERT_EQ(tricoil("run --json --duration 1 --record " + folder_).exit_code, 0);
+    const std::string events = get("events.csv");
+    const auto whole = tricoil("replay --json " + folder_);
+    EXPECT_EQ(whole.err, "");
+    EXPECT_GT(whole.json()["poses_scored"], 100U);
+    end_early();
+    const auto middle = events.rfind("truth,", events.rfind("\n7"));
+    const auto expect_end = [&](const std::string& changed, const std::string& reason) {
+        put("events.csv", changed);
+        const auto cut = tricoil("replay --json " + folder_);
+        EXPECT_EQ(cut.exit_code, 0) << cut.err;
+        EXPECT_TRUE(cut.json()["bit_for_bit"]);
+        EXPECT_THAT(cut.err,
+                    ::testing::ContainsRegex("events.csv:[0-9]+: " + reason + ".*; later poses are without their true pose\n$"));
+        EXPECT_EQ(std::count(cut.err.begin(), cut.err.end(), '\n'), 1);
+        EXPECT_LT(cut.json()["poses_scored"], whole.json()["poses_scored"]);
+    };
+    const auto with = [&](const std::string& pose) {
+        return events.substr(0, middle + 6) + pose + events.substr(events.find('\n', middle));
+    };
+    expect_end(events.substr(0, middle), "the recording was cut at 0\\.[67]");
+    expect_end(with("nan 0 0 1 0 0 0"), "the true position is not finite");
+    expect_end(with("1 0 0 1 1 0 0"), "the true position is not finite, or its quaternion is not a rotation");
+    expect_end(with("1 0 0 1 0 0"), "has 6 fields instead of 7");
+    expect_end(with("1 0 0 one 0 0 0"), "field 4, 'one', is not a valid number");
+    describe([](auto& d) { d["source"]["truth_frame"] = "aligned"; });
+    expect_end(events, "true poses of another frame");
+    EXPECT_TRUE(tricoil("replay --json " + folder_).json()["position_rms_m"].is_null());
+}
+
 TEST_F(Damage, ALineCutOffIsNotRead) {
     end_early();
     put("inputs.csv", get("inputs.csv") + "column,0,12");

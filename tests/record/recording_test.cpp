@@ -80,6 +80,19 @@ TEST(Recording, DescribesItself) {
     EXPECT_THAT(read_file(folder + "/events.csv"), HasSubstr("distorted"));
 }
 
+TEST(Recording, TheReplayOfASimulationHasTheScoreOfItsRun) {
+    const std::string folder = fresh_folder("truth");
+    const auto run = tricoil("run --json --duration 2 --stations 2 --mux tdm --record " + folder).json();
+    const auto replayed = tricoil("replay --json " + folder).json();
+    ASSERT_GT(run["poses_scored"], 900U);
+    for (const char* key : {"poses_scored", "position_rms_m", "orientation_rms_deg"}) {
+        EXPECT_EQ(replayed[key], run[key]) << key;
+    }
+    const auto by_filter = tricoil("replay --json --tracker scaat " + folder).json();
+    EXPECT_EQ(by_filter["poses_scored"], run["poses_scored"]);
+    EXPECT_LT(by_filter["position_rms_m"], run["position_rms_m"]);
+}
+
 TEST(Recording, ReplaysWithAnotherTracker) {
     const std::string folder = fresh_folder("another");
     ASSERT_EQ(tricoil("run --json --duration 3 --mux tdm --record " + folder).exit_code, 0);

@@ -68,6 +68,19 @@ TEST(FastrakCommand, ContinuousAtMost120TimesASecond) {
     EXPECT_NEAR(static_cast<double>(records), 1200, 3);
 }
 
+TEST(FastrakCommand, ANoticeSaysOnceThatARollIsUndefined) {
+    std::vector<std::string> notices;
+    host::fastrak::Session session(
+        {[](std::string_view) {}, {}, [] { return 1; }, {}, {}, [&](std::string_view notice) { notices.emplace_back(notice); }},
+        std::make_shared<host::fastrak::Memory>());
+    host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), host::utc_time_us(1'000'000)};
+    session.take({&served, 1});
+    served.pose.flags.set(PoseFlag::roll_undefined);
+    session.take({&served, 1});
+    session.take({&served, 1});
+    EXPECT_THAT(notices, ::testing::ElementsAre(::testing::HasSubstr("station 1, whose roll is undefined")));
+}
+
 TEST(FastrakCommand, SilenceIsReportedToAContinuousClient) {
     std::vector<std::string> records;
     host::fastrak::Session session(

@@ -32,6 +32,20 @@ TEST(PoseHub, ReadersGetPosesSinceTheirLastCall) {
     EXPECT_EQ(cursor.missed, 0U);
 }
 
+TEST(PoseHub, ATruePoseBelongsToTheNextPoseOnly) {
+    PoseHub hub;
+    PoseHub::Cursor cursor = hub.cursor();
+    hub.truth(0, numbered(1).time, {{1, 2, 3}, Quat<double>::Identity()});
+    hub.pose(numbered(1));
+    hub.pose(numbered(2));
+    std::vector<ServedPose> poses;
+    hub.read(cursor, poses);
+    ASSERT_EQ(poses.size(), 2U);
+    ASSERT_TRUE(poses[0].truth.has_value());
+    EXPECT_EQ(poses[0].truth->position_m.y(), 2);
+    EXPECT_FALSE(poses[1].truth.has_value());
+}
+
 TEST(PoseHub, ASlowReaderMissesTheOldestPoses) {
     PoseHub hub;
     PoseHub::Cursor cursor = hub.cursor();

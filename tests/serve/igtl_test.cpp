@@ -203,7 +203,9 @@ TEST_F(IgtlSession, TrackingDataHasTheRequestedRate) {
 TEST_F(IgtlSession, TrackingDataHoldsAllSensorsThatAreValid) {
     ask(start(0));
     have(pose_at(kNow, 0));
-    have(pose_at(kNow, 1));
+    ServedPose of_one_coil = pose_at(kNow, 1);
+    of_one_coil.pose.flags.set(tracking::PoseFlag::roll_undefined);
+    have(of_one_coil);
     have(invalid_at(kNow, 2));
     (void)messages();
     have(pose_at(kNow + 4167, 0));
@@ -216,6 +218,9 @@ TEST_F(IgtlSession, TrackingDataHoldsAllSensorsThatAreValid) {
     igtl::TrackingDataElement::Pointer element;
     message->GetTrackingDataElement(1, element);
     EXPECT_STREQ(element->GetName(), "tricoil_2");
+    EXPECT_EQ(element->GetType(), igtl::TrackingDataElement::TYPE_5D);
+    message->GetTrackingDataElement(0, element);
+    EXPECT_EQ(element->GetType(), igtl::TrackingDataElement::TYPE_6D);
     EXPECT_STREQ(message->GetDeviceName(), "Patient");
 }
 

@@ -88,6 +88,11 @@ TEST(Osc, ABundleHasPositionAndAttitudeOfAValidPose) {
     EXPECT_THAT(messages["/tricoil/2/position"].floats, ::testing::ElementsAre(0.5F, -0.25F, 0.125F));
     EXPECT_THAT(messages["/tricoil/2/quaternion"].floats, ::testing::ElementsAre(0.5F, -0.5F, 0.5F, -0.5F));
 
+    served.pose.flags.set(tracking::PoseFlag::roll_undefined);
+    messages = messages_of(host::osc_bundle(served));
+    EXPECT_EQ(messages.size(), 3U);
+    EXPECT_THAT(messages["/tricoil/2/axis"].floats, ::testing::ElementsAre(0.0F, -1.0F, 0.0F));
+
     served.pose.flags.set(tracking::PoseFlag::low_signal);
     messages = messages_of(host::osc_bundle(served));
     EXPECT_EQ(messages.size(), 1U);

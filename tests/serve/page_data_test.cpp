@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "board/host/serve/web/recording_library.hpp"
+#include "board/page/page_levels.hpp"
 #include "board/page/pose_event.hpp"
 #include "board/record/recorder.hpp"
 #include "board/support/errors.hpp"
@@ -85,6 +86,40 @@ TEST(PoseEvent, EndsAPoseOfASimulationWithItsTruth) {
     EXPECT_TRUE(event["poses"][1].back()[0].is_null());
     EXPECT_EQ(event["poses"][2].size(), kCompactColumns.size());
     EXPECT_TRUE(event["status"]["tour"].is_null());
+}
+
+TEST(PageLevels, AreThoseOfEachSensorSecondBySecond) {
+    host::web::PageLevels levels;
+    std::uint64_t seen = 0;
+    const auto take = [&](std::uint8_t sensor, Excitation state, std::int64_t ms, double coupling) {
+        MeasuredColumn<double> column;
+        column.sensor = sensor;
+        column.state = state;
+        column.midpoint = device_time_us(1000 * ms);
+        column.in_phase = Vec3<double>(coupling, 0, 0);
+        column.flags.set_if(sensor == 2, ColumnFlag::no_reference);
+        levels.take(column);
+    };
+    for (const std::int64_t begin : {5000, 0}) {  // the second time, the device started again
+        for (std::int64_t ms = begin; ms < begin + 1000; ms += 100) {
+            take(0, Excitation::s1, ms, 0.5);
+            take(2, Excitation::s3, ms, 0.25);
+            take(0, Excitation::off, ms, 9);
+            take(9, Excitation::s1, ms, 9);
+            EXPECT_TRUE(levels.newer(seen).is_null());
+        }
+        take(0, Excitation::s1, begin + 1000, 7);
+        const auto rows = levels.newer(seen);
+        ASSERT_EQ(rows.size(), 2U) << rows;
+        EXPECT_EQ(rows[0]["sensor"], 0);
+        EXPECT_EQ(rows[0]["coupling"][0], 0.5);
+        EXPECT_EQ(rows[0]["without_reference"], 0);
+        EXPECT_EQ(rows[1]["sensor"], 2);
+        EXPECT_EQ(rows[1]["coil"], 3);
+        EXPECT_EQ(rows[1]["columns"], 10);
+        EXPECT_EQ(rows[1]["without_reference"], 10);
+        EXPECT_TRUE(levels.newer(seen).is_null());
+    }
 }
 
 TEST(PoseEvent, SaysWhereTheTourIs) {
@@ -175,6 +210,25 @@ TEST_F(RecordingLibraryTest, ADamagedLineEndsAnIncompleteRecordingWithItsReason)
     ASSERT_EQ(lines.size(), 12U);
     EXPECT_THAT(lines.back()["error"], HasSubstr("cut/poses.csv:12"));
     EXPECT_THAT(lines.back()["error"], Not(HasSubstr(folder_)));
+}
+
+TEST_F(RecordingLibraryTest, SendsTheTruePosesOfASimulation) {
+    {
+        host::Recorder recorder(folder_ + "/true", {{"truth_frame", "source"}}, host::Journal::WhenFull::wait);
+        for (int n = 0; n < 3; ++n) {
+            const auto pose = pose_at(n * 4167, 0.5).pose;
+            recorder.truth(pose.sensor, pose.time, {{0.1 * n, n == 1 ? std::nan("") : 0, 0}, Quat<double>::Identity()});
+            recorder.pose(pose);
+        }
+    }
+    const auto lines = lines_of("true");
+    ASSERT_EQ(lines.size(), 5U);
+    EXPECT_THAT(lines[1]["error"], HasSubstr("true/events.csv:4: the true position is not finite"));
+    EXPECT_THAT(lines[1]["error"], Not(HasSubstr(folder_)));
+    ASSERT_EQ(lines[2].size(), kCompactColumns.size() + 1);
+    EXPECT_EQ(lines[2].back(), nlohmann::json({0, 0, 0, 1, 0, 0, 0}));
+    EXPECT_EQ(lines[3].size(), kCompactColumns.size());
+    EXPECT_EQ(lines[4].size(), kCompactColumns.size());
 }
 
 TEST_F(RecordingLibraryTest, RefusesOtherNamesAndDamagedRecordings) {

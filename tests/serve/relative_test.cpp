@@ -168,6 +168,34 @@ TEST(PoseStages, TheTipHasTheErrorOfTheAttitude) {
     EXPECT_NEAR(out[1].covariance(2, 2), 1e-6 + 0.01 * 9e-4, 1e-12);
 }
 
+/// Keeps true positions.
+class TruthTap final : public tracking::TrackerTap<double> {
+public:
+    std::vector<Vec3<double>> positions_m;
+
+private:
+    void do_truth(std::uint8_t /*sensor*/, DeviceTime /*time*/, const host::TruePose& pose) override {
+        positions_m.push_back(pose.position_m);
+    }
+};
+
+TEST(PoseStages, ATruePoseIsInTheFrameOfItsPoseOrLeftOut) {
+    TruthTap tap;
+    host::OutputOptions options;
+    options.tips = {"0:0,0,0.1"};
+    host::PoseStages at_tip(options, tap);
+    options.relative_to = 2;
+    host::PoseStages relative(options, tap);
+    for (host::PoseStages* stages : {&at_tip, &relative}) {
+        stages->truth(0, {}, {{1, 0, 0}, geometry::rotation_vector_to_quaternion<double>({0, M_PI / 2, 0})});
+        stages->pose(pose_of(0, 0, 0));
+        stages->pose(pose_of(1, 0, 0));
+        stages->finish();
+    }
+    ASSERT_EQ(tap.positions_m.size(), 1U);
+    EXPECT_LT((tap.positions_m[0] - Vec3<double>(1.1, 0, 0)).norm(), 1e-12);
+}
+
 /// Rows of a CSV by sensor and time.
 using Rows = std::map<std::pair<std::string, std::string>, std::size_t>;
 Rows rows_of(const CsvTable& table) {

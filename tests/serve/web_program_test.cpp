@@ -83,6 +83,35 @@ TEST(ServePage, TheStreamContainsTheHealthOfTheMeasurement) {
     EXPECT_THAT(events, HasSubstr(warning));
 }
 
+TEST(ServePage, TheStreamOfARecordedSimulationHasItsTruePoses) {
+    const std::string folder = path_in_temp("serve_truth");
+    std::filesystem::remove_all(folder);
+    ASSERT_EQ(tricoil("run --json --scenario still --duration 20 --record " + folder).exit_code, 0);
+    const Serving serving({folder, "--web", "0"});
+    const int client = connect_to(serving.port("web"));
+    const std::string request = "GET /stream HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(serving.port("web")) + "\r\n\r\n";
+    EXPECT_EQ(write(client, request.data(), request.size()), static_cast<ssize_t>(request.size()));
+    const std::string events = read_for(client, std::chrono::seconds(10), 6000);
+    close(client);
+    // A pose ends with the signal-to-noise ratio, and position and quaternion of the true sensor.
+    EXPECT_THAT(events, ::testing::ContainsRegex(R"(,[0-9.]+,\[(-?[0-9.e-]+,){6}-?[0-9.e-]+\]\])"));
+}
+
+TEST(ServePage, TheStreamHasTheLevelsOfTheChannels) {
+    const Serving serving({"--web", "0", "--scenario", "still"});
+    const int client = connect_to(serving.port("web"));
+    const std::string request = "GET /stream HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(serving.port("web")) + "\r\n\r\n";
+    EXPECT_EQ(write(client, request.data(), request.size()), static_cast<ssize_t>(request.size()));
+    const std::string row = R"("levels":[{"coil":1,"columns":)";
+    std::string events;
+    const auto end = Clock::now() + std::chrono::seconds(30);
+    while (events.find(row) == std::string::npos && Clock::now() < end) {
+        events += read_for(client, std::chrono::seconds(1), 1);
+    }
+    close(client);
+    EXPECT_THAT(events, HasSubstr(row));
+}
+
 /// Answer to a POST.
 std::string post(std::uint16_t port, const std::string& path, const std::string& command, const std::string& token) {
     const int client = connect_to(port);

@@ -1,5 +1,5 @@
 // Rows of tricoil device watch --levels.
-#include "board/host/commands/level_meter.hpp"
+#include "board/support/level_meter.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <regex>
 
-#include "board/host/commands/level_meter.hpp"
+#include "board/support/level_meter.hpp"
 #include "board/linux/fault_reporter.hpp"
 #include "board/virtual_board/board_fault_text.hpp"
 #include "tests/cli/cli_runner.hpp"

@@ -12,10 +12,9 @@
 #include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/frame_file.hpp"
+#include "board/host/commands/calibration_files.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/program.hpp"
-#include "board/support/calibration_file.hpp"
-#include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
 #include "core/signal/converter_errors.hpp"
 
@@ -26,24 +25,6 @@ void add_stage_calibrations(CLI::App* calibrate, Action& action);
 void add_grid_calibration(CLI::App* calibrate, Action& action);
 void add_free_motion_calibration(CLI::App* calibrate, Action& action);
 
-/// Files of one calibration; an empty name: none.
-struct CalibrationFiles {
-    std::vector<std::string> data;
-    std::string calibration;      // of the coils, for the kinds that add to it
-    std::string converters_from;  // calibration whose errors of the board's converters are kept
-    std::string out;
-    std::string blob;
-    std::string wiring;  // of the channels of the data
-    bool json = false;
-};
-
-struct CalibrationReport {
-    Json json;
-    std::vector<std::string> warnings;
-};
-
-/// Throws InputError if an output replaces an input or the other output.
-void check_files(const CalibrationFiles& files);
 /// Adds a kind with its data and --json.
 CLI::App* add_kind(CLI::App* calibrate, const std::string& name, const std::string& what, CalibrationFiles& files,
                    const std::string& data);
@@ -67,14 +48,6 @@ void add_named(CLI::App* kind, const std::string& option, Enum& value, const std
 void add_model(CLI::App* kind, FitModel& model);
 /// --fixture FILE=NAME.
 void add_fixture_names(CLI::App* kind, std::vector<std::string>& names);
-
-/// Calibration with the errors of the converters and the pick-up in --converters-from; ideal without it. Throws InputError if the
-/// file has none.
-calibration::Calibration<double> stored_board(const CalibrationFiles& files);
-
-/// Writes the files of a calibration when all are complete, and completes its report. common_text(): its last lines.
-void write_calibration(const CalibrationFiles& files, const CalibrationFile& file, CalibrationReport& report);
-std::string common_text(const Json& result);
 
 /// Makes the calibration, writes its files, and prints the result. Returns the exit code.
 int run_calibration(const CalibrationFiles& files, const std::function<CalibrationFile(CalibrationReport&)>& fit,

@@ -64,27 +64,12 @@ RunOptions run_options(const Json& step, const web::TourPlace& place) {
     return options;
 }
 
-/// Passes the settings of a run to the hub, which gets the poses with their truth.
-class SettingsTap final : public tracking::TrackerTap<double> {
-public:
-    explicit SettingsTap(PoseHub& hub) : hub_(hub) {}
-
-private:
-    void do_begin(const Settings& settings) override { hub_.begin(settings); }
-
-    PoseHub& hub_;
-};
-
 /// Runs a step in real time until `is_over`. Returns the errors of its poses against the true motion.
 ScoreSummary run_step(const RunOptions& options, PoseHub& hub, const TrackerControl& control,
                       const std::function<bool()>& is_over) {
     const BorrowedInterrupt end_of_step(is_over);
-    SettingsTap tap(hub);
     RunObservers observers;
-    observers.tap = &tap;
-    observers.each_pose = [&hub](const auto& estimate, const PoseError& error) {
-        hub.pose_with_truth(estimate, {error.truth.position_m, error.truth.q_source_sensor});
-    };
+    observers.tap = &hub;
     observers.loop.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };
     observers.loop.is_paused = [&control] { return !control.running(); };
     return run_simulated(options, observers).score;

@@ -37,7 +37,10 @@ Json result_of(const Recording& recording, const ReplayReport& r, bool same_trac
             {"expected_equal", same_tracker && !recording.midway()},
             {"bit_for_bit", same_tracker && r.reproduces(recording.complete())},
             {"difference_rms_m", r.rms_position_m},
-            {"difference_rms_deg", kDegrees * r.rms_orientation_rad}};
+            {"difference_rms_deg", kDegrees * r.rms_orientation_rad},
+            {"poses_scored", r.scored},
+            {"position_rms_m", r.scored == 0 ? Json(nullptr) : Json(r.error_m.rms)},
+            {"orientation_rms_deg", r.scored == 0 ? Json(nullptr) : Json(kDegrees * r.error_rad.rms)}};
 }
 
 /// Why a recording is incomplete.
@@ -56,6 +59,10 @@ std::string replay_text(const Json& r, const Recording& recording) {
     } else if (r["bit_for_bit"]) {
         text += fill(r, "  equals the recorded run bit for bit ({equal} poses)\n");
     }
+    text += r["poses_scored"] == 0 ? ""
+                                   : fill(r,
+                                          "  against the true poses: {position_rms_m in mm:.3f} mm and "
+                                          "{orientation_rms_deg:.4f} deg RMS ({poses_scored} poses)\n");
     return text;
 }
 

@@ -1,6 +1,8 @@
 #include "board/host/commands/serve_command.hpp"
 #include "board/linux/text_name.hpp"
 #include "board/record/recorded_source.hpp"
+#include "board/record/recorded_truth.hpp"
+#include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {
@@ -30,9 +32,12 @@ int serve_device(const RunCommand& run, const LoopParams& loop, tracking::Tracke
     return linux_board::run_device(options);
 }
 
-/// Plays the recording at its own pace.
+/// Plays the recording at its own pace, of a simulation with its true poses.
 int serve_recording(const Recording& recording, const std::string& tracker, LoopParams loop, tracking::TrackerTap<double>& tap) {
-    TrackerStage trackers(tap);
+    RecordedTruth truth(recording);
+    TapFanOut poses{&tap};
+    poses.set_truth([&](std::uint8_t sensor, DeviceTime time) { return truth.at(sensor, time); });
+    TrackerStage trackers(poses);
     RecordedSource source(recording, settings_of(recording, tracker), trackers);
     loop.realtime = true;
     StreamLoop(source, loop).run();

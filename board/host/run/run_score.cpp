@@ -24,10 +24,10 @@ PoseError RunScore::add(const tracking::PoseEstimate<double>& estimate) {
     error.position_m = (estimate.position_m - error.truth.position_m).norm();
     error.orientation_rad = geometry::angle_between(estimate.q_source_sensor, error.truth.q_source_sensor);
     const double range = error.truth.position_m.norm();
-    if (error.time_s < kSettling_s) {
+    if (error.time_s < kScoreSettling_s) {
         return error;
     }
-    if (range < kNearest_m || range > kFarthest_m) {
+    if (range < kNearestScored_m || range > kFarthestScored_m) {
         ++totals_.out_of_range;
     } else if (!estimate.valid()) {
         ++totals_.invalid;

@@ -40,10 +40,6 @@ struct ScoreSummary {
 /// Ignores poses of the first half second. Counts invalid poses and poses outside 0.15 to 2 m, and scores all others.
 class RunScore {
 public:
-    static constexpr double kSettling_s = 0.5;
-    static constexpr double kNearest_m = 0.15;
-    static constexpr double kFarthest_m = 2.0;
-
     /// poses_per_bound: N computes the Cramer-Rao bound for every Nth scored pose.
     RunScore(const sim::Motion& motion, const sim::CoilWorld& world, const sim::SimulatedClock& clock,
              const signal::AcquisitionPlan& plan, int poses_per_bound = 1);

@@ -194,6 +194,9 @@ void run_in_double(const Run& run, RunReport& report) {
     SmoothingTap smoothing([&](const SmoothedPose& smoothed) { smoothed_score.add(smoothed.pose); });
     TapFanOut taps{run.observers.tap, recorder ? &*recorder : nullptr, options.smooth ? &smoothing : nullptr, run.couplings};
     const app::Devices<double> devices{board.clock, board.coils, run.sampler, run.link, taps.any() ? &taps : nullptr};
+    taps.set_truth([&board](std::uint8_t sensor, DeviceTime time) {
+        return true_pose(board.stations.motion(sensor).at(board.clock.elapsed_s(time)));
+    });
     taps.begin({params.tracker, params.sensors, coils});
     const auto run_with = [&](auto&& loop) {
         run_loop(loop, run, report);
@@ -238,7 +241,8 @@ void run_in_integers(const Run& run, RunReport& report) {
 nlohmann::ordered_json describe_source(const RunOptions& o) {
     nlohmann::ordered_json source{{"kind", "simulation"},       {"scenario", o.scenario}, {"multiplexing", o.multiplexing},
                                   {"rate_hz", o.frame_rate_hz}, {"seed", o.seed},         {"faults", o.faults},
-                                  {"noise", !o.no_noise},       {"stations", o.stations}, {"speed", o.speed}};
+                                  {"noise", !o.no_noise},       {"stations", o.stations}, {"speed", o.speed},
+                                  {"truth_frame", "source"}};
     if (!o.trajectory.empty()) {
         source["trajectory"] = o.trajectory;
         source["place_m"] = {o.place_m.x(), o.place_m.y(), o.place_m.z()};
@@ -311,7 +315,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
                 return;
             }
             const PoseError error = score.add(estimate);
-            if (error.time_s >= RunScore::kSettling_s) {
+            if (error.time_s >= kScoreSettling_s) {
                 report.seen_flags |= estimate.flags;
                 report.last_flags = estimate.flags;
             }

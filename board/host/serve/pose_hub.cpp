@@ -1,6 +1,7 @@
 #include "board/host/serve/pose_hub.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace tricoil::host {
 
@@ -45,6 +46,11 @@ LinkHealth PoseHub::health() const {
     return health_;
 }
 
+Json PoseHub::newer_levels(std::uint64_t& seen) const {
+    const std::lock_guard lock(mutex_);
+    return levels_.newer(seen);
+}
+
 int PoseHub::sensors() const {
     const std::lock_guard lock(mutex_);
     return sensors_;
@@ -63,6 +69,11 @@ void PoseHub::do_begin(const Settings& settings) {
     utc_.begin(common.window_s);
 }
 
+void PoseHub::do_column(const MeasuredColumn<double>& column) {
+    const std::lock_guard lock(mutex_);
+    levels_.take(column);
+}
+
 void PoseHub::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
     const std::lock_guard lock(mutex_);
     if (sensor < confinement_.size()) {
@@ -70,7 +81,7 @@ void PoseHub::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
     }
 }
 
-void PoseHub::add(const tracking::PoseEstimate<double>& estimate, const std::optional<TruePose>& truth) {
+void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
     {
         const std::lock_guard lock(mutex_);
         sensors_ = std::max(sensors_, estimate.sensor + 1);
@@ -78,7 +89,7 @@ void PoseHub::add(const tracking::PoseEstimate<double>& estimate, const std::opt
         served.pose = estimate;
         served.utc = utc_.at(estimate.time);
         served.expected_error_m = expected_.after(estimate);
-        served.truth = truth;
+        served.truth = std::exchange(truth_, std::nullopt);
         ++count_;
         if (estimate.sensor < newest_.size()) {
             newest_[estimate.sensor] = served;

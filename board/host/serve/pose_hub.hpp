@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "board/page/page_levels.hpp"
 #include "board/pose_text/served_pose.hpp"
 #include "board/support/link_health.hpp"
 #include "core/tracking/pose_estimate.hpp"
@@ -65,12 +66,12 @@ public:
     /// Newest pose of each sensor, flagged stale if it is older than SilenceWatch::kLimit. For clients that connect later.
     [[nodiscard]] std::vector<ServedPose> newest() const;
 
-    /// pose() of a simulated sensor, with its true pose in the source frame.
-    void pose_with_truth(const tracking::PoseEstimate<double>& estimate, const TruePose& truth) { add(estimate, truth); }
-
     /// Newest health of the measurement and its link.
     void set_health(const LinkHealth& health);
     [[nodiscard]] LinkHealth health() const;
+
+    /// See PageLevels.
+    [[nodiscard]] Json newer_levels(std::uint64_t& seen) const;
 
     /// Number of tracked sensors; 0 before the start of the tracker.
     [[nodiscard]] int sensors() const;
@@ -81,15 +82,18 @@ public:
 
 private:
     void do_begin(const Settings& settings) override;
+    void do_column(const MeasuredColumn<double>& column) override;
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
-    void do_pose(const tracking::PoseEstimate<double>& estimate) override { add(estimate, std::nullopt); }
-    void add(const tracking::PoseEstimate<double>& estimate, const std::optional<TruePose>& truth);
+    void do_truth(std::uint8_t /*sensor*/, DeviceTime /*time*/, const TruePose& pose) override { truth_ = pose; }
+    void do_pose(const tracking::PoseEstimate<double>& estimate) override;
 
     mutable std::mutex mutex_;
     std::vector<ServedPose> ring_;
     std::uint64_t count_ = 0;  // total number of poses
     std::array<std::optional<ServedPose>, tracking::kMaxSensors> newest_;
+    std::optional<TruePose> truth_;  // of the next pose; only the tracker's thread uses it
     LinkHealth health_;
+    web::PageLevels levels_;
     int sensors_ = 0;
     std::vector<Vec3<double>> confinement_;
     PoseUtc utc_;

@@ -159,6 +159,10 @@ void RecordingSwitch::do_hemisphere(std::uint8_t sensor, const Vec3<double>& tow
     pass([&](Recorder& recorder) { recorder.hemisphere(sensor, towards); });
 }
 
+void RecordingSwitch::do_truth(std::uint8_t sensor, DeviceTime time, const solver::RigidPose<double>& pose) {
+    pass([&](Recorder& recorder) { recorder.truth(sensor, time, pose); });
+}
+
 void RecordingSwitch::do_pose(const tracking::PoseEstimate<double>& estimate) {
     const std::lock_guard lock(mutex_);
     if (estimate.valid() && estimate.sensor < last_m_.size()) {

@@ -43,6 +43,7 @@ private:
     void do_column(const MeasuredColumn<double>& column) override;
     void do_tick(std::uint8_t sensor, DeviceTime now) override;
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
+    void do_truth(std::uint8_t sensor, DeviceTime time, const solver::RigidPose<double>& pose) override;
     void do_pose(const tracking::PoseEstimate<double>& estimate) override;
 
     template <typename Call>

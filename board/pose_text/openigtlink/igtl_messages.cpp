@@ -20,6 +20,8 @@ namespace {
 constexpr double kMillimetres = 1e3;
 constexpr std::size_t kLongestErrorName = 19;  // plus a terminating zero
 
+bool has_roll(const ServedPose& served) { return !served.pose.flags.has(tracking::PoseFlag::roll_undefined); }
+
 std::string packed(igtl::MessageBase& message, const std::string& name, UtcTime utc) {
     const igtl::TimeStamp::Pointer stamp = igtl::TimeStamp::New();
     stamp->SetTimeInNanoseconds(static_cast<igtlUint64>(std::max<std::int64_t>(to_us(utc), 0)) * 1000);
@@ -107,7 +109,7 @@ std::string tracking_data_message(std::span<const ServedPose> poses, const std::
         fill(matrix, served.pose);
         igtl::TrackingDataElement::Pointer element = igtl::TrackingDataElement::New();
         element->SetName(names.of(served.pose.sensor).c_str());
-        element->SetType(igtl::TrackingDataElement::TYPE_6D);
+        element->SetType(has_roll(served) ? igtl::TrackingDataElement::TYPE_6D : igtl::TrackingDataElement::TYPE_5D);
         element->SetMatrix(matrix);
         message->AddTrackingDataElement(element);
         newest = std::max(newest, served.utc);
@@ -119,11 +121,12 @@ std::string status_message(const ServedPose& served, const DeviceNames& names) {
     const bool valid = served.pose.valid();
     const std::string flags = to_text(served.pose.flags);
     const std::string advice = host::advice(served.pose.flags);
-    const StatusFields fields = valid
-                                    ? StatusFields{igtl::StatusMessage::STATUS_OK, "",
-                                                   fmt::format("tracking; distortion {:.2f} mm", 1e3 * served.pose.distortion_m)}
-                                    : StatusFields{igtl::StatusMessage::STATUS_NOT_READY, whole_flags(flags, kLongestErrorName),
-                                                   "no valid pose: " + flags + (advice.empty() ? "" : "; " + advice)};
+    const StatusFields fields =
+        valid ? StatusFields{igtl::StatusMessage::STATUS_OK, "",
+                             fmt::format("tracking{}; distortion {:.2f} mm", has_roll(served) ? "" : "; roll undefined",
+                                         1e3 * served.pose.distortion_m)}
+              : StatusFields{igtl::StatusMessage::STATUS_NOT_READY, whole_flags(flags, kLongestErrorName),
+                             "no valid pose: " + flags + (advice.empty() ? "" : "; " + advice)};
     return status(fields, names.of(served.pose.sensor), served.utc);
 }
 

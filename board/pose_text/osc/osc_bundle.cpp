@@ -46,7 +46,12 @@ std::string osc_bundle(const ServedPose& served) {
         const auto& p = pose.position_m;
         const auto& q = pose.q_source_sensor;
         add_message(bundle.get(), sensor + "position", floats({p.x(), p.y(), p.z()}));
-        add_message(bundle.get(), sensor + "quaternion", floats({q.w(), q.x(), q.y(), q.z()}));
+        if (pose.flags.has(tracking::PoseFlag::roll_undefined)) {
+            const Vec3<double> axis = q.toRotationMatrix().col(0);
+            add_message(bundle.get(), sensor + "axis", floats({axis.x(), axis.y(), axis.z()}));
+        } else {
+            add_message(bundle.get(), sensor + "quaternion", floats({q.w(), q.x(), q.y(), q.z()}));
+        }
     }
     std::size_t size = 0;
     const std::unique_ptr<void, decltype(&std::free)> bytes(lo_bundle_serialise(bundle.get(), nullptr, &size), &std::free);

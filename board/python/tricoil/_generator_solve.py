@@ -70,11 +70,13 @@ def known_gain(generator, sensor, gain):
 
 
 def _solved(frames, generator, couplings, sigma, gain, options):
-    """Rows of all sensor coils, each with its gain."""
+    """Rows of all sensor coils, each with its gain. Where most rows fit no pose, the generator is another one: the others fit by chance."""
     rows = None
     for sensor in sorted(set(frames.sensor.tolist())):
         part = frames.sensor == sensor
         found = solve_5dof(couplings[part], generator, sigma if np.ndim(sigma) == 0 else sigma[part], **known_gain(generator, sensor, gain), **options)
+        if np.mean(found["end"] == ENDS.index("misfit")) > 0.5:
+            found["end"][found["end"] == 0] = ENDS.index("misfit")
         rows = np.empty(len(frames), found.dtype) if rows is None else rows
         rows[part] = found
     return rows

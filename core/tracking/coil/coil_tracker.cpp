@@ -239,6 +239,23 @@ std::optional<PoseEstimate<Scalar>> CoilTracker<Scalar>::update(const Column& co
     return pose;
 }
 
+/// Couplings of another generator, or in another order, fit only a sensor that changes its velocity in every frame: then the
+/// deviation is larger than the noise and the estimated motion in a frame explain. The shares are from simulations of a needle
+/// with 20 to 80 dB at up to 1.5 m/s, and of each two exchanged coils.
+template <typename Scalar>
+Scalar CoilTracker<Scalar>::explained_deviation_m(Scalar snr) const {
+    Scalar nearest_m = std::numeric_limits<Scalar>::max();
+    Scalar misfit = 0;
+    for (std::size_t n = 0; n < frame(); ++n) {
+        nearest_m = std::min(nearest_m, (state_.position_m - field_.generator[n].position_m).norm());
+        misfit = std::max(misfit, params_.misfit[n]);
+    }
+    const Scalar noise = std::sqrt(1 / (snr * snr) + misfit * misfit * Scalar(frame()));
+    const Scalar frame_s = seconds_as<Scalar>(params_.frame);
+    return nearest_m * (noise + Scalar(0.004)) +
+           frame_s * (Scalar(0.3) * state_.velocity_m_s.norm() + Scalar(0.1) * nearest_m * state_.rate_rad_s.norm());
+}
+
 template <typename Scalar>
 PoseEstimate<Scalar> CoilTracker<Scalar>::report(PoseFlags flags, DeviceTime now) {
     PoseEstimate<Scalar> pose;
@@ -265,6 +282,7 @@ PoseEstimate<Scalar> CoilTracker<Scalar>::report(PoseFlags flags, DeviceTime now
         pose.covariance = across * pose.covariance * across.transpose();
         pose.covariance.template bottomRightCorner<3, 3>() += kUnknown * n * n.transpose();
     }
+    awaited_ = deviation_m(pose) > explained_deviation_m(snr) ? std::max(awaited_, 2 * frame()) : awaited_;
     pose.flags.set_if(is_single(), PoseFlag::roll_undefined);
     pose.flags.set_if(awaited_ > 0 || count_in_frame(refusals_) > 1 || (refusals_ & 1U) != 0, PoseFlag::unconfirmed);
     pose.flags.set_if(settled_ < 2 * frame(), PoseFlag::not_converged);

@@ -67,8 +67,9 @@ struct CoilTrackerParams {
 };
 
 /// Searches until the last columns are those of all generator coils and, as if simultaneous, give a pose; then filters, with a
-/// pose for each column. Flags as of the filter in scaat/; ambiguous poses are `hemisphere_unknown`. After three refused columns
-/// in a row, or a gap of four frames, it searches again.
+/// pose for each column. Flags as of the filter in scaat/; ambiguous poses are `hemisphere_unknown`. A pose is also `unconfirmed`
+/// if noise and motion do not explain its deviation, until they have done so for two frames. After three refused columns in a
+/// row, or a gap of four frames, it searches again.
 template <typename Scalar>
 class CoilTracker {
 public:
@@ -115,6 +116,7 @@ private:
     void place(const solver::SingleCoilPose<Scalar>& pose);
     [[nodiscard]] PoseFlags start();
     [[nodiscard]] bool use(const Column& column);
+    [[nodiscard]] Scalar explained_deviation_m(Scalar snr) const;
     [[nodiscard]] PoseEstimate<Scalar> report(PoseFlags flags, DeviceTime now);
 
     CoilTrackerParams<Scalar> params_;

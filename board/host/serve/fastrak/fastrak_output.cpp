@@ -44,7 +44,7 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
     memory->is_shared = controls == Controls::open || !is_tcp;
     auto make_session = [memory, may_control, &hub, &control, &button](std::function<void(std::string_view)> send,
                                                                        const std::function<void(int)>& line_speed = {},
-                                                                       std::function<void(std::string_view)> changed = {}) {
+                                                                       std::function<void(std::string_view)> notice = {}) {
         SessionLinks links{
             std::move(send), {}, [&hub] { return hub.sensors(); }, line_speed, [&button] { return button.state(); }};
         if (may_control) {
@@ -52,8 +52,8 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
                 control.set_hemisphere(sensor, towards);
             };
         }
-        if (changed) {
-            links.changed = std::move(changed);
+        if (notice) {
+            links.notice = std::move(notice);
         }
         auto session =
             std::make_unique<Session>(std::move(links), memory->is_shared ? memory : std::make_shared<Memory>(*memory));
@@ -100,7 +100,7 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
             [make_session, notice](Stream& stream) {
                 return make_session([&stream](std::string_view record) { stream.send(record); }, {},
                                     [notice, client = peer_text(stream.descriptor())](std::string_view what) {
-                                        notice->print(fmt::format("client {} changed {}", client, what));
+                                        notice->print(fmt::format("client {} {}", client, what));
                                     });
             },
             kUnstamped);

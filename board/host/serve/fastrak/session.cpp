@@ -118,7 +118,8 @@ bool Session::at_once(char c) {
             return true;
         case kControlK:
             memory_->saved = settings_;
-            links_.changed(memory_->is_shared ? "saved settings (^K) for later clients" : "saved settings (^K) of its session");
+            links_.notice(memory_->is_shared ? "changed saved settings (^K) for later clients"
+                                             : "changed saved settings (^K) of its session");
             return true;
         case kControlY:
             restart();
@@ -145,7 +146,7 @@ void Session::restart() {
 
 void Session::settings_changed(char command) {
     if (!std::exchange(is_changed_, true)) {
-        links_.changed(fmt::format("settings ({}) of its session", command));
+        links_.notice(fmt::format("changed settings ({}) of its session", command));
     }
 }
 
@@ -188,6 +189,9 @@ void Session::take(std::span<const ServedPose> poses) {
         newest.pose = pose;
         const bool letter_changes = newest.letter != letter(number) && !is_first;
         newest.letter = letter(number);
+        if (pose.flags.has(tracking::PoseFlag::roll_undefined) && !std::exchange(is_roll_said_, true)) {
+            links_.notice(fmt::format("reads poses of station {}, whose roll is undefined; a record cannot show this", number));
+        }
         if (!is_streaming() || !station(number).active || !may_start(number)) {
             continue;
         }
@@ -312,7 +316,7 @@ void Session::hemisphere(const Arguments& arguments) {
     s.hemisphere = towards;
     if (!towards.isZero(0)) {  // zero selects hemisphere tracking (manual), the default of this tracker
         links_.hemisphere(static_cast<std::uint8_t>(number - 1), s.hemisphere);
-        links_.changed(fmt::format("the hemisphere of station {} for all clients", number));
+        links_.notice(fmt::format("changed the hemisphere of station {} for all clients", number));
     }
 }
 

@@ -26,8 +26,9 @@ struct SessionLinks {
     std::function<int()> sensors;                                              // number of tracked sensors
     std::function<void(int baud)> line_speed;  // changes the speed of a serial port; 0: as it was opened; empty: no serial port
     std::function<StylusButton::State()> button;  // of the stylus of station 1; empty: never pressed
-    /// What the client has changed, for a notice; of the settings only the first change of a session.
-    std::function<void(std::string_view)> changed = [](std::string_view) {};
+    /// What the client has changed (of the settings only the first change of a session), or what its records cannot show; the
+    /// subject is the client.
+    std::function<void(std::string_view)> notice = [](std::string_view) {};
 };
 
 /// Commands C c P S F f U u D d W Y ^K ^Y ^Q ^S act at once. The others have arguments and end with CR, LF or CR LF. Unknown
@@ -88,13 +89,14 @@ private:
     std::array<Newest, kStations> newest_;
     std::string command_;  // incomplete command
     StylusButton::State button_;
-    bool is_changed_ = false;   // a setting, by the client
-    bool is_pressed_ = false;   // item 16
-    HostTime next_press_{};     // earlier presses are ignored
-    bool interrupted_ = false;  // by the button: no records of the continuous mode
-    bool started_ = false;      // the first active station has sent a record since the stream began
-    bool suspended_ = false;    // ^S: no records of the continuous mode
-    bool discarding_ = false;   // true for the rest of a command that is too long
+    bool is_changed_ = false;    // a setting, by the client
+    bool is_roll_said_ = false;  // that a roll is undefined
+    bool is_pressed_ = false;    // item 16
+    HostTime next_press_{};      // earlier presses are ignored
+    bool interrupted_ = false;   // by the button: no records of the continuous mode
+    bool started_ = false;       // the first active station has sent a record since the stream began
+    bool suspended_ = false;     // ^S: no records of the continuous mode
+    bool discarding_ = false;    // true for the rest of a command that is too long
     int status_station_ = 1;
 };
 

@@ -154,11 +154,12 @@ public:
         last_ = now;
         LinkHealth health = page_.hub.health();
         health.counts.dropped += cursor_.missed;  // by this page
-        const std::string event = pose_event(poses_,
-                                             {page_.control.running(), page_.recordings.status(), to_text(page_.access.controls),
-                                              static_cast<int>(page_.streams.size()), utc_now(), health, page_.hub.confinement(),
-                                              page_.tour != nullptr ? page_.tour->now.load() : TourPlace{}},
-                                             hello_);
+        const std::string event =
+            pose_event(poses_,
+                       {page_.control.running(), page_.recordings.status(), to_text(page_.access.controls),
+                        static_cast<int>(page_.streams.size()), utc_now(), health, page_.hub.confinement(),
+                        page_.tour != nullptr ? page_.tour->now.load() : TourPlace{}, page_.hub.newer_levels(levels_seen_)},
+                       hello_);
         hello_ = nullptr;
         return event;
     }
@@ -172,6 +173,7 @@ private:
     nlohmann::ordered_json hello_;  // null after the first event
     std::vector<ServedPose> poses_;
     SilenceWatch silence_;
+    std::uint64_t levels_seen_ = 0;
     Clock::time_point last_ = Clock::now();
 };
 

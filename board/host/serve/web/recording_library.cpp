@@ -11,6 +11,7 @@
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/web/request_head.hpp"
 #include "board/page/pose_event.hpp"
+#include "board/record/recorded_truth.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 
@@ -33,7 +34,12 @@ bool is_complete(const fs::path& recording) {
 }
 
 /// Appends the poses, at most kMostPlayedPoses; false if the client does not take them.
-bool put_lines(RecordLines& lines, std::string& text, const std::function<bool(std::size_t)>& pass) {
+bool put_lines(const Recording& recording, std::string& text, const std::function<bool(std::size_t)>& pass) {
+    const std::string parent = fs::path(recording.folder()).parent_path().string();
+    RecordLines lines(recording.folder(), RecordFile::poses);
+    RecordedTruth truth(recording, [&](const std::string& why) {
+        text += json_line({{"error", without_folder(why, parent)}}) + "\n";
+    });
     std::size_t count = 0;
     ExpectedError expected;
     for (std::string line; lines.next(line); ++count) {
@@ -42,7 +48,7 @@ bool put_lines(RecordLines& lines, std::string& text, const std::function<bool(s
             return true;
         }
         const auto pose = parse_pose(line, lines.where());
-        put_compact({pose, utc_time_us(to_us(pose.time)), expected.after(pose)}, text);
+        put_compact({pose, utc_time_us(to_us(pose.time)), expected.after(pose), truth.at(pose.sensor, pose.time)}, text);
         text += '\n';
         if (!pass(kPieceBytes)) {
             return false;
@@ -93,8 +99,7 @@ void send_poses(const Recording& recording, const std::function<bool(std::string
     /// Passes the text on if there is enough of it. False if the client does not take it.
     const auto pass = [&](std::size_t enough) { return text.size() < enough || put(std::exchange(text, {})); };
     try {
-        RecordLines lines(recording.folder(), RecordFile::poses);
-        if (!put_lines(lines, text, pass)) {
+        if (!put_lines(recording, text, pass)) {
             return;
         }
     } catch (const std::exception& failure) {

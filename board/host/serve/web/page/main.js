@@ -5,6 +5,7 @@ import {historyCsv, save} from './csv.js';
 import {kSigmas} from './ellipsoid.js';
 import {Guide} from './guide.js';
 import {fillHelp, listen} from './keys.js';
+import {Levels} from './levels.js';
 import {errorGradient, readPalette} from './palette.js';
 import {Playback} from './playback.js';
 import {PlotDialog} from './plot_dialog.js';
@@ -52,6 +53,7 @@ const plotDialog = new PlotDialog(() => {
 const readout = new Readout();
 const guide = new Guide(towards => ask({hemisphere: towards, sensor: page.selected ?? 0}));
 const tools = new Tools(element('tools'), say);
+const levels = new Levels(element('tools'));
 const playback = new Playback(tools.recordings, showMode, say);
 const setup = new SetUp(element('setup'), {
   shown: () => {
@@ -89,6 +91,7 @@ function select(number) {
   page.selected = number;
   element('sensor').value = String(number);
   plots.drawnMs = 0;
+  levels.show();
   if (page.playback) playback.paintStrip();
   showChosen();
 }
@@ -248,6 +251,7 @@ function receive(message) {
   if (message.hello) greet(message.hello);
   const recordingChanged = page.status.recording !== message.status.recording;
   page.status = message.status;
+  if (message.status.levels) levels.take(message.status.levels);
   showStatus();
   if (recordingChanged && !element('tools').hidden) playback.refresh();
   const jumps = page.clockJumps;
@@ -305,6 +309,7 @@ function showStatus() {
 
 function link(state) {
   page.link = document.body.dataset.link = state;
+  levels.show();
   showMode();
 }
 
@@ -414,7 +419,17 @@ function showTools(shown) {
   if (shown) {
     if (!setup.isBusy) setup.close();
     playback.refresh();
+    levels.show();
   }
+}
+
+/// Opens the tools at the levels, or closes them.
+function toggleLevels() {
+  if (matchMedia('(max-width: 900px)').matches)
+    showPane('tools');
+  else
+    toggleTools();
+  if (!element('tools').hidden) levels.focus();
 }
 
 /// A narrow screen shows one part of the page: scene, plots, tools or controls.
@@ -467,6 +482,7 @@ const actions = {
   point: () => tools.capture(),
   average: () => tools.captureAverage(),
   open_tools: toggleTools,
+  open_levels: toggleLevels,
   open_setup: () => setup.toggle(),
   pause: () => plots.frozen ? plots.follow() : plots.pause(),
   closer: () => plots.zoom(0.5),
@@ -495,6 +511,7 @@ listen({
   c: pressed('point'),
   v: pressed('average'),
   t: pressed('open_tools'),
+  l: pressed('open_levels'),
   s: pressed('open_setup'),
   k: pressed('pause'),
   '+': pressed('closer'),

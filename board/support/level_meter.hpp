@@ -1,4 +1,4 @@
-// Levels of the channels of a device, for its bring-up, from the columns that it streams.
+// Levels of the channels of a sensor, from its columns.
 #pragma once
 
 #include <array>
@@ -14,7 +14,12 @@ class LevelMeter {
 public:
     void take(const protocol::ColumnMessage& m) {
         MeasuredColumn<double> column;
-        if (protocol::from_message(m, column) != protocol::WireError::none || column.flags.has(ColumnFlag::low_band)) {
+        if (protocol::from_message(m, column) == protocol::WireError::none) {
+            take(column);
+        }
+    }
+    void take(const MeasuredColumn<double>& column) {
+        if (column.flags.has(ColumnFlag::low_band) || coil_index(column.state) < 0) {
             return;
         }
         Coil& coil = coils_[static_cast<std::size_t>(coil_index(column.state))];
@@ -23,6 +28,7 @@ public:
         ++coil.columns;
         coil.gain_step = column.gain_step;
         coil.saturated += column.flags.has(ColumnFlag::saturated) || column.flags.has(ColumnFlag::clipped) ? 1 : 0;
+        coil.without_reference += column.flags.has(ColumnFlag::no_reference) ? 1 : 0;
         coil.coupling += column.in_phase;
         coil.before = std::exchange(coil.last, column.in_phase);
         for (Index i = 0; i < 3; ++i) {
@@ -33,7 +39,7 @@ public:
 
     /// Of source coil 0 to 2 since the last call, by sensor channel: mean coupling; mean level, of full scale (0: unknown);
     /// noise, the standard deviation from second differences, which contain no slow motion; SNR of the mean; NaN, in JSON null,
-    /// below three columns. saturated: number of columns.
+    /// below three columns. saturated, without_reference: numbers of columns.
     Json take_row(std::size_t number) {
         const Coil coil = std::exchange(coils_[number], {});
         const double n = std::max(coil.columns, 1);
@@ -41,6 +47,7 @@ public:
                     {"columns", coil.columns},
                     {"gain_step", coil.gain_step},
                     {"saturated", coil.saturated},
+                    {"without_reference", coil.without_reference},
                     {"coupling", list_of(coil.coupling / n)},
                     {"level", list_of(coil.level / n)}};
         for (Index i = 0; i < 3; ++i) {
@@ -55,6 +62,7 @@ private:
     struct Coil {
         int columns = 0;
         int saturated = 0;
+        int without_reference = 0;
         int gain_step = 0;
         Vec3<double> coupling = Vec3<double>::Zero();  // sums
         Vec3<double> level = Vec3<double>::Zero();
