@@ -133,13 +133,17 @@ inline SimulatedColumns columns_of(sim::Scenario&& scenario, const signal::Acqui
     return run;
 }
 
-inline SimulatedColumns columns_of(MetalCase&& metal_case, const signal::AcquisitionParams& acquisition, std::uint64_t seed) {
+inline sim::Scenario scenario_of(MetalCase&& metal_case, std::uint64_t seed) {
     sim::Scenario scenario;
     scenario.duration_s = MetalCase::kDuration_s;
     scenario.motion = std::move(metal_case.motion);
     scenario.faults = {metal_case.metal};
     scenario.world.seed = seed;
-    return columns_of(std::move(scenario), acquisition);
+    return scenario;
+}
+
+inline SimulatedColumns columns_of(MetalCase&& metal_case, const signal::AcquisitionParams& acquisition, std::uint64_t seed) {
+    return columns_of(scenario_of(std::move(metal_case), seed), acquisition);
 }
 
 }  // namespace tricoil::test

@@ -1,78 +1,33 @@
-#include "core/tracking/coil/coil_tracker.hpp"
-
 #include <gtest/gtest.h>
 
-#include <random>
-
+#include "tests/support/generator_body.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::tracking {
 namespace {
 
-constexpr std::int64_t kSlot_us = 3000;
-
-template <typename Scalar>
-CoilTrackerParams<Scalar> params_of(int coils, double gain = 1) {
-    CoilTrackerParams<Scalar> params;
-    for (int n = 0; n < 8; ++n) {
-        const double turn = 2.4 * n;
-        const Vec3<double> place(0.15 * std::cos(0.785 * n), 0.15 * std::sin(0.785 * n), 0);
-        const Vec3<double> moment(3.5e-3 * std::cos(turn), 3.5e-3 * std::sin(turn), 3.5e-3);
-        EXPECT_TRUE(params.field.generator.push_back({place.cast<Scalar>(), moment.cast<Scalar>(), 0}));
-    }
-    for (int k = 0; k < coils; ++k) {
-        const Vec3<double> axis = k == 0 ? Vec3<double>::UnitX() : Vec3<double>::UnitY();
-        const Vec3<double> offset(coils > 1 ? 0.01 * k - 0.005 : 0, 0, 0);
-        EXPECT_TRUE(params.field.coils.push_back({offset.cast<Scalar>(), axis.cast<Scalar>(), Scalar(gain)}));
-    }
-    params.side = Vec3<Scalar>::UnitZ();
-    params.frame = Microseconds{8 * kSlot_us};
-    return params;
-}
-
-/// A body on an ellipse, 0.2 m/s and 1 rad/s.
-struct Body {
-    Vec3<double> position_m;
-    Quat<double> q;
-};
-Body body_at(double t) {
-    const Vec3<double> place(0.05 * std::sin(3 * t), 0.06 * std::cos(3 * t), 0.25 + 0.02 * std::sin(2 * t));
-    return {place, geometry::rotation_vector_to_quaternion<double>({0.4 * std::sin(2 * t), 0.3 * std::cos(3 * t), 0.2 * t})};
-}
-
-/// Columns in turn. spoil: changes one.
+/// Poses along the motion of test::GeneratorBody.
 template <typename Scalar, typename Spoil>
 std::vector<PoseEstimate<Scalar>> tracked(CoilTracker<Scalar>& tracker, int coils, int columns, Spoil spoil) {
-    const auto truth = params_of<double>(coils);
-    std::mt19937 engine(7);
-    std::normal_distribution<double> normal;
     std::vector<PoseEstimate<Scalar>> poses;
-    for (int n = 0; n < columns; ++n) {
-        const Body body = body_at(1e-6 * static_cast<double>(kSlot_us) * n);
-        const auto model = truth.field.column(body.position_m, geometry::attitude_matrix(body.q), n % 8);
-        GeneratorColumn<Scalar> column{static_cast<std::size_t>(n % 8), DeviceTime{Microseconds{kSlot_us * n}},
-                                       Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()};
-        for (int k = 0; k < coils; ++k) {
-            column.sigma(k) = Scalar(1e-4);
-            column.in_phase(k) = Scalar(model.column(k) + 1e-4 * normal(engine));
-        }
-        spoil(n, column);
+    test::replay_generator<Scalar>(coils, columns, spoil, [&](const GeneratorColumn<Scalar>& column) {
         if (const auto pose = tracker.update(column)) {
             poses.push_back(*pose);
         }
-    }
+    });
     return poses;
 }
 
 double error_m(const auto& pose) {
-    return (pose.position_m.template cast<double>() - body_at(seconds_as<double>(pose.time - DeviceTime{})).position_m).norm();
+    const sim::Pose truth = test::GeneratorBody().at(to_seconds(pose.time));
+    return (pose.position_m.template cast<double>() - truth.position_m).norm();
 }
 constexpr auto kClean = [](int, auto&) {};
 
 TEST(GeneratorField, GradientsAreThoseOfFiniteDifferences) {
     test::RandomPoses random(5);
     for (const int coils : {1, 2}) {
-        const auto field = params_of<double>(coils, 1.3).field;
+        const auto field = test::generator_params<double>(coils, 1.3).field;
         for (int i = 0; i < 100; ++i) {
             const Vec3<double> p(random.uniform(-0.15, 0.15), random.uniform(-0.15, 0.15), random.uniform(0.1, 0.4));
             const Quat<double> q = geometry::rotation_vector_to_quaternion<double>(3 * random.direction());
@@ -103,7 +58,7 @@ TYPED_TEST_SUITE(CoilTracking, Scalars);
 TYPED_TEST(CoilTracking, FollowsCoilsAndBodies) {
     for (const auto& [coils, gain] : {std::pair{1, 1.0}, {1, 0.0}, {2, 1.0}}) {
         SCOPED_TRACE(testing::Message() << coils << " coils, gain " << gain);
-        CoilTracker<TypeParam> tracker(params_of<TypeParam>(coils, gain));
+        CoilTracker<TypeParam> tracker(test::generator_params<TypeParam>(coils, gain));
         const auto poses = tracked(tracker, coils, 800, kClean);
         ASSERT_EQ(poses.size(), 793U);                                     // the first needs a frame
         for (std::size_t n = gain > 0 ? 40 : 56; n < poses.size(); ++n) {  // an unknown gain is confirmed two frames later
@@ -115,14 +70,14 @@ TYPED_TEST(CoilTracking, FollowsCoilsAndBodies) {
         EXPECT_NEAR(tracker.gain(), 1, 0.01);
         if (coils == 2) {
             const auto q = poses.back().q_source_sensor.template cast<double>();
-            const Body body = body_at(799e-6 * static_cast<double>(kSlot_us));
-            EXPECT_LT(geometry::quaternion_to_rotation_vector<double>(q * body.q.conjugate()).norm(), 0.02);
+            const sim::Pose body = test::GeneratorBody().at(799e-6 * static_cast<double>(test::kGeneratorSlot_us));
+            EXPECT_LT(geometry::quaternion_to_rotation_vector<double>(q * body.q_source_sensor.conjugate()).norm(), 0.02);
         }
     }
 }
 
 TYPED_TEST(CoilTracking, RefusesAnOutlierAndRestartsAfterAJump) {
-    CoilTracker<TypeParam> tracker(params_of<TypeParam>(1));
+    CoilTracker<TypeParam> tracker(test::generator_params<TypeParam>(1));
     const auto poses = tracked(tracker, 1, 400, [](int n, auto& column) {
         if (n == 200) {
             column.in_phase(0) += TypeParam(1e-2);
@@ -139,7 +94,7 @@ TYPED_TEST(CoilTracking, RefusesAnOutlierAndRestartsAfterAJump) {
 }
 
 TYPED_TEST(CoilTracking, RefusesBadColumns) {
-    CoilTracker<TypeParam> tracker(params_of<TypeParam>(1));
+    CoilTracker<TypeParam> tracker(test::generator_params<TypeParam>(1));
     const auto poses = tracked(tracker, 1, 100, [](int n, auto& column) {
         const auto nan = std::numeric_limits<TypeParam>::quiet_NaN();
         column.source = n == 30 ? 8 : column.source;
@@ -152,7 +107,7 @@ TYPED_TEST(CoilTracking, RefusesBadColumns) {
 }
 
 TYPED_TEST(CoilTracking, FindsNoPoseOfASilentCoil) {
-    CoilTracker<TypeParam> tracker(params_of<TypeParam>(1));
+    CoilTracker<TypeParam> tracker(test::generator_params<TypeParam>(1));
     const auto poses = tracked(tracker, 1, 40, [](int, auto& column) { column.in_phase(0) = 0; });
     ASSERT_FALSE(poses.empty());
     for (const auto& pose : poses) {

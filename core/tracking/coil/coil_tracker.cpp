@@ -159,7 +159,6 @@ PoseFlags CoilTracker<Scalar>::start() {
 /// Updates with a column if it passes the gate, or if several of the last ones contradict too: then the sensor has accelerated.
 template <typename Scalar>
 bool CoilTracker<Scalar>::use(const Column& column) {
-    constexpr int kMaxInflations = 4;
     const auto& motion = params_.motion;
     const std::size_t couplings = field_.coils.size();
     const Scalar gate = motion.gate * (Scalar(0.73) + Scalar(0.09) * Scalar(couplings));  // exceeded once in 7e5
@@ -169,7 +168,7 @@ bool CoilTracker<Scalar>::use(const Column& column) {
     const bool moves = count_in_frame(large_) > 2;  // one may be an outlier
     const bool may_inflate = moves && innovation.y.squaredNorm() <= far * Scalar(couplings);
     large_ = large_ << 1U | (scaat::excess_of(whitened.squaredNorm(), couplings) > 1 ? 1U : 0U);
-    for (int n = 0; may_inflate && innovation.ok && whitened.squaredNorm() > gate && n < kMaxInflations; ++n) {
+    for (int n = 0; may_inflate && innovation.ok && whitened.squaredNorm() > gate && n < scaat::kMaxInflations; ++n) {
         const Scalar factor = whitened.squaredNorm() / Scalar(couplings);
         const Scalar variance = gain_variance();
         state_.covariance *= factor;

@@ -108,7 +108,6 @@ public:
 
 private:
     static constexpr double kMinLongestGap_s = 0.015;
-    static constexpr double kGuard = 1.1;      // a frame is longer than its window
     static constexpr double kMinGap_s = 1e-4;  // keeps the derivatives of all couplings within float
     // Decay time of the squared second derivative. The derivative is late by one and a half frames. At 5 Hz it changes by 0.19 of
     // its amplitude in this time, and 0.38 of the amplitude is left where it changes sign.
@@ -125,10 +124,10 @@ private:
     };
 
     /// Longest gap between two columns of a coil across which they give a derivative: three frames, at least 15 ms. The frame
-    /// follows from the span of three TDM columns (0.8 of a frame) or from the window (a whole FDM frame).
+    /// follows from the span of three TDM columns (0.8 of a frame); an FDM frame is a little longer than its window.
     static Scalar longest_gap_s(const CommonParams<Scalar>& params) {
         const Scalar tdm_frame_s = seconds_as<Scalar>(params.max_column_span) / Scalar(0.8);
-        return std::max({Scalar(kMinLongestGap_s), 3 * tdm_frame_s, 3 * Scalar(kGuard) * params.window_s});
+        return std::max({Scalar(kMinLongestGap_s), 3 * tdm_frame_s, 4 * params.window_s});
     }
 
     /// Mean square of the entries of a derivative without the part that noise of the given variance explains.

@@ -37,9 +37,8 @@ public:
         // Chi-square per degree of freedom, of nine; one of six clean means exceeds it a little. Chosen with the ratio over
         // random objects.
         constexpr double kChance = 1.4;
-        constexpr double kEffect = 6;       // in-phase effect over quadrature
-        constexpr double kLagError = 0.02;  // of the calibrated lag
-        const double lag_s = (motion_lag_s_.isZero(0) ? 1 : kLagError) * lag_s_;
+        constexpr double kEffect = 6;  // in-phase effect over quadrature
+        const double lag_s = motion_lag_s_.isZero(0) ? lag_s_ : 0;
         const double expected = variance_ + lag_s * lag_s * rate_.squaredNorm() / 9 + floor * floor;
         return kEffect * kEffect * std::max(quadrature_.squaredNorm() / 9 - kChance * expected, 0.0);
     }

@@ -68,8 +68,7 @@ void MetalBias::add_high(const ComplexCouplings& couplings, const solver::RigidP
     if (has_frame_ && misfit_jumps()) {
         clear();
     } else if (has_frame_) {
-        constexpr int kMemory = 50;
-        changes_ = std::min(changes_ + 1, kMemory);
+        changes_ = std::min(changes_ + 1, bands_.window_frames);
         const double seen = (misfit_ - last_misfit_).squaredNorm() / 6;
         high_variance_ += (seen - high_variance_) / changes_;
     }
@@ -78,11 +77,10 @@ void MetalBias::add_high(const ComplexCouplings& couplings, const solver::RigidP
 
 /// True if metal has come or gone within one frame.
 bool MetalBias::misfit_jumps() const {
-    constexpr int kFewest = 8;  // changes; fewer do not give the noise
     constexpr double kSignificant = 60;
     constexpr double kJump = 0.04;  // of the squared misfit; metal that passes at 1 m/s changes it less within a frame
     const double change = (misfit_ - last_misfit_).squaredNorm();
-    return changes_ >= kFewest && change > kSignificant * high_variance_ &&
+    return changes_ == bands_.window_frames && change > kSignificant * high_variance_ &&
            change > kJump * std::max(misfit_.squaredNorm(), last_misfit_.squaredNorm());
 }
 
@@ -130,11 +128,10 @@ double MetalBias::difference_ratio() const { return spectrum_ ? ratios_.value()(
 /// Variance of the signals of one coupling in the mean of the newest window. Motion causes a quadrature: a mean rate X' at most
 /// X' T / 2 in the low band, where T is the length of a frame.
 MetalSignals MetalBias::noise(const BandComparison& window) const {
-    constexpr double kLowLag = 0.5;    // of a frame
-    constexpr double kLeakage = 2e-6;  // quadrature of one coil by the others, relative to k
+    constexpr double kLowLag = 0.5;  // of a frame
     const double window_s = window_.frames() * bands_.frame_s;
     const double rate_squared = window_.change().squaredNorm() / 9 / (window_s * window_s);
-    const double floor = std::max(common_.quadrature_floor, kLeakage) * strength();
+    const double floor = common_.quadrature_floor * strength();
     const auto by_motion = [&](double lag_s) { return lag_s * lag_s * rate_squared + floor * floor; };
     return {window.low_variance + by_motion(kLowLag * bands_.frame_s),
             high_variance_ / window_.frames() + by_motion(common_.quadrature_lag_s),

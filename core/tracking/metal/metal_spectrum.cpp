@@ -38,9 +38,7 @@ Response response() {
 /// Least squares with amplitudes of at least zero, one after the other. a: four weighted equations.
 Currents non_negative_least_squares(const Response& a, const Matrix<double, 4, 1>& b) {
     constexpr int kSweeps = 300;
-    constexpr double kRidge = 1e-5;  // relative: makes the solution unique
-    Matrix<double, kCurrents, kCurrents> normal = a.transpose() * a;
-    normal.diagonal() *= 1 + kRidge;
+    const Matrix<double, kCurrents, kCurrents> normal = a.transpose() * a;
     const Currents right = a.transpose() * b;
     Currents x = Currents::Zero();
     for (int sweep = 0; sweep < kSweeps; ++sweep) {

@@ -29,6 +29,9 @@ void reduce_weight(Innovation<Scalar>& innovation, Scalar excess) {
     }
 }
 
+/// Inflations of the covariance for one column.
+constexpr int kMaxInflations = 4;
+
 template <typename Scalar>
 class Adaptation {
 public:

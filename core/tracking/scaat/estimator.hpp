@@ -83,7 +83,6 @@ public:
 private:
     static constexpr int kSettlingColumns = 6;   // until the velocity is known
     static constexpr int kLearningColumns = 24;  // until corrections are used to learn accelerations
-    static constexpr int kMaxInflations = 4;     // per column
 
     void inflate_covariance(Scalar factor);
     void update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
