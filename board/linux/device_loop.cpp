@@ -111,6 +111,7 @@ void DeviceLoop::begin() {
     settings.tracker.common.window_s = 1e-6 * identity.window_us;
     for (std::size_t n = 0; n < std::min<std::size_t>(identity.sensors, trackers_.size()); ++n) {
         trackers_[n].emplace(settings.tracker, settings.calibration);
+        sequences_[n].begin();
     }
     tap_.begin(settings);
     for (std::size_t n = 0; n < restorers_.size() && !session_.is_tracker_board() && !params_.session.confined; ++n) {
@@ -201,7 +202,7 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     tap_.column(column);
     tracking::AnyTracker& tracker = *trackers_[column.sensor];
     const std::uint64_t accepted = tracker.counters().accepted;
-    const auto estimate = tracker.update(column);
+    auto estimate = tracker.update(column);
     if (tracker.counters().accepted > accepted) {
         newest_ = column_time_;
     } else if (!column.flags.has(ColumnFlag::low_band)) {  // trackers do not count the low band
@@ -217,7 +218,8 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
 }
 
 /// Delivers a pose of a tracker of this host.
-void DeviceLoop::answer(const tracking::PoseEstimate<double>& estimate, bool valid, HostTime received) {
+void DeviceLoop::answer(tracking::PoseEstimate<double>& estimate, bool valid, HostTime received) {
+    estimate.sequence = sequences_[estimate.sensor].next(estimate.sequence);
     tap_.pose(estimate);
     deliver(params_.tips.at_tip(estimate), valid, received);
 }
@@ -246,7 +248,7 @@ void DeviceLoop::tick(HostTime host_now) {
             continue;
         }
         tap_.tick(static_cast<std::uint8_t>(n), now);
-        if (const auto estimate = trackers_[n]->tick(now)) {
+        if (auto estimate = trackers_[n]->tick(now)) {
             answer(*estimate, false, host_now);
         }
     }

@@ -116,7 +116,7 @@ private:
     void begin();
     void track(const hal::ReceivedMessage& message);
     void take_pose(HostTime arrival);
-    void answer(const tracking::PoseEstimate<double>& estimate, bool valid, HostTime received);
+    void answer(tracking::PoseEstimate<double>& estimate, bool valid, HostTime received);
     void deliver(const tracking::PoseEstimate<double>& pose, bool valid, HostTime received);
     void follow_sync();
     int take_edges();
@@ -132,6 +132,7 @@ private:
     PoseSink sink_;
     DeviceSession session_;
     std::array<std::optional<tracking::AnyTracker>, tracking::kMaxSensors> trackers_;
+    std::array<host::ContinuedSequence, tracking::kMaxSensors> sequences_;              // of poses of new trackers too
     std::array<HemisphereRestorer, tracking::kMaxSensors> restorers_;                   // survive new trackers after a lost link
     std::array<HostTime, tracking::kMaxSensors> hemisphere_sent_{};                     // to a tracker board
     std::array<std::optional<Vec3<double>>, tracking::kMaxSensors> wanted_hemisphere_;  // set without a session

@@ -88,7 +88,7 @@ public:
     void start(const host::PoseUnits& units) {
         units_ = &units;
         if (csv) {
-            csv->push(host::pose_column_names(host::kPoseForm, units) + '\n');
+            csv->push(host::pose_column_names(host::kDeviceForm, units) + '\n');
         }
     }
     [[nodiscard]] bool any() const { return csv || json || served; }
@@ -103,16 +103,17 @@ public:
     }
 
 private:
-    void do_begin(const Settings& settings) override { utc_.begin(settings.tracker.common.window_s); }
+    void do_begin(const Settings& settings) override { clock_.begin(settings.tracker.common.window_s); }
     void do_pose(const tracking::PoseEstimate<double>& pose) override {
+        const host::PoseRow row{
+            .pose = pose, .utc = clock_.utc(pose.time), .expected_error_m = expected_.after(pose), .epoch = clock_.epoch()};
         if (csv) {
-            push(*csv, host::put_csv({pose}, host::kPoseForm, *units_, line_));
+            push(*csv, host::put_csv(row, host::kDeviceForm, *units_, line_));
         }
         if (json) {
-            push(*json, host::put_json({pose}, host::kPoseForm, *units_, line_));
+            push(*json, host::put_json(row, host::kDeviceForm, *units_, line_));
         }
         if (served) {
-            const host::PoseRow row{.pose = pose, .utc = utc_.at(pose.time), .expected_error_m = expected_.after(pose)};
             push(*served, host::put_json(row, host::kServedForm, *units_, line_));
         }
     }
@@ -122,7 +123,7 @@ private:
     }
 
     const host::PoseUnits* units_ = nullptr;
-    host::PoseUtc utc_;
+    host::PoseClock clock_;
     host::ExpectedError expected_;
     std::array<char, host::kLongestPoseText + 1> line_{};
 };

@@ -313,6 +313,8 @@ SessionEvent DeviceSession::take_ack(const protocol::AckMessage& ack) {
     started_ = now_;
     columns_.restart();
     poses_.restart();
+    clock_.begin_session();
+    pose_sequence_.begin();
     clock_map_ = {};
     sent_states_ = {};
     after_gap_ = {};
@@ -332,13 +334,28 @@ bool DeviceSession::in_order(protocol::SequenceCheck& check, std::uint32_t seque
     return true;
 }
 
+bool DeviceSession::in_time(std::int64_t& time_us, bool is_late) {
+    const ContinuedClock::Verdict verdict = clock_.take(time_us, arrival_, is_late);
+    if (verdict == ContinuedClock::Verdict::jumped) {
+        begin_handshake(now_);
+        reason_.print("the device's clock jumped");
+    }
+    if (verdict != ContinuedClock::Verdict::good) {
+        refused_.count(WireError::out_of_order);
+        return false;
+    }
+    clock_map_.observe(device_time_us(time_us), arrival_);
+    return true;
+}
+
 bool DeviceSession::was_excited(const Column<double>& column) const {
     return std::any_of(sent_states_.begin(), sent_states_.end(), [&](const SentState& e) {
         return e.sequence == column.state_sequence && (e.state == column.state || e.state == Excitation::all);
     });
 }
 
-SessionEvent DeviceSession::take_column(const protocol::ColumnMessage& m) {
+SessionEvent DeviceSession::take_column(const protocol::ColumnMessage& received) {
+    protocol::ColumnMessage m = received;
     if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::front_end) ||
         m.sensor >= identity_.sensors) {
         return refuse(WireError::wrong_sender);
@@ -354,7 +371,10 @@ SessionEvent DeviceSession::take_column(const protocol::ColumnMessage& m) {
         window_us_ = m.time_us;
         window_over_ = true;
     }
-    clock_map_.observe(device_time_us(m.time_us), arrival_);
+    if (!in_time(m.time_us, ColumnFlags::of_bits(m.flags, {ColumnFlag::low_band}).has(ColumnFlag::low_band))) {
+        after_gap_[m.sensor] = true;
+        return SessionEvent::none;
+    }
     if (const WireError error = protocol::from_message(m, column_); error != WireError::none) {
         return refuse_column(error, m.sensor);
     }
@@ -367,15 +387,16 @@ SessionEvent DeviceSession::take_column(const protocol::ColumnMessage& m) {
     return SessionEvent::column;
 }
 
-SessionEvent DeviceSession::take_pose(const protocol::PoseMessage& pose) {
+SessionEvent DeviceSession::take_pose(const protocol::PoseMessage& received) {
+    protocol::PoseMessage pose = received;
     if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::tracker) ||
         pose.sensor >= identity_.sensors) {
         return refuse(WireError::wrong_sender);
     }
-    if (!in_order(poses_, pose.sequence, counters_.lost_poses)) {
+    if (!in_order(poses_, pose.sequence, counters_.lost_poses) || !in_time(pose.time_us, false)) {
         return SessionEvent::none;
     }
-    clock_map_.observe(device_time_us(pose.time_us), arrival_);
+    pose.sequence = pose_sequence_.next(pose.sequence);
     if (const WireError error = protocol::from_message(pose, pose_); error != WireError::none) {
         ++counters_.refused;
         return refuse(error);

@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "board/linux/continued_clock.hpp"
+#include "board/stream/continued_sequence.hpp"
 #include "core/protocol/clock_map.hpp"
 #include "core/protocol/codec.hpp"
 #include "core/protocol/sequence_check.hpp"
@@ -60,7 +62,8 @@ public:
     /// Performs the due action: open, hello, start or time-out. Call it at least every few milliseconds.
     SessionEvent service(HostTime now);
 
-    /// Processes one message. After an event `column` or `pose`, column() or pose() returns the content.
+    /// Processes one message. After an event `column` or `pose`, column() or pose() returns the content. Its time and the
+    /// sequence of poses go on when the device starts again or its clock jumps, which starts it again.
     SessionEvent take(const hal::ReceivedMessage& message);
 
     /// Reports that the port is lost. service() opens it again.
@@ -119,12 +122,14 @@ private:
     template <typename Message>
     SessionEvent decode_and(SessionEvent (DeviceSession::*handler)(const Message&), const hal::ReceivedMessage& message);
     SessionEvent take_identity(const protocol::IdentifyMessage& identity);
-    SessionEvent take_column(const protocol::ColumnMessage& m);
-    SessionEvent take_pose(const protocol::PoseMessage& pose);
+    SessionEvent take_column(const protocol::ColumnMessage& received);
+    SessionEvent take_pose(const protocol::PoseMessage& received);
     SessionEvent take_ack(const protocol::AckMessage& ack);
     SessionEvent take_status(const protocol::StatusMessage& status);
     SessionEvent take_parameters(const protocol::ParametersMessage& m);
     bool in_order(protocol::SequenceCheck& check, std::uint32_t sequence, std::uint64_t& lost);
+    /// Moves the time of a column or pose; false: refused. is_late: it may be older than the newest.
+    bool in_time(std::int64_t& time_us, bool is_late);
     [[nodiscard]] bool was_excited(const Column<double>& column) const;
     SessionEvent refuse(protocol::WireError error);
     SessionEvent refuse_column(protocol::WireError error, std::uint8_t sensor);
@@ -158,6 +163,8 @@ private:
     tracking::PoseEstimate<double> pose_;
     protocol::SequenceCheck columns_;
     protocol::SequenceCheck poses_;
+    ContinuedClock clock_;
+    host::ContinuedSequence pose_sequence_;
     protocol::ClockMap clock_map_;
     std::array<SentState, 4> sent_states_{};
     std::size_t newest_sent_ = 0;

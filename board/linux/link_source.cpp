@@ -1,6 +1,7 @@
 #include "board/linux/link_source.hpp"
 
 #include <memory>
+#include <utility>
 
 #include "board/linux/device_loop.hpp"
 #include "board/linux/device_setup.hpp"
@@ -144,6 +145,9 @@ private:
             "  coils    off\n");
     }
     void take(const tracking::PoseEstimate<double>& pose) {
+        if (const auto starts = loop_.session().counters().starts; std::exchange(starts_, starts) != starts) {
+            stamps_.restart();  // the time of a lost link does not count
+        }
         stamps_.follow(pose.time);
         newest_flags_ = pose.flags;
     }
@@ -154,6 +158,7 @@ private:
     std::unique_ptr<hal::MessagePort> port_;
     DeviceLoop loop_;
     host::StreamClock stamps_;
+    std::uint64_t starts_ = 0;
     tracking::PoseFlags newest_flags_;
 };
 

@@ -112,6 +112,7 @@ const std::array<PoseField, static_cast<std::size_t>(PoseFieldId::kCount)> kFiel
      [](const Row& r, const Units&, double* out) { return r.utc && (*out = static_cast<double>(to_us(*r.utc)) / 1e6, true); }},
     {"expected_error_mm", "expected_error_mm", 1, nullptr,
      [](const Row& r, const Units&, double* out) { return put(1e3 * r.expected_error_m, out); }},
+    {"epoch", "epoch", 1, nullptr, [](const Row& r, const Units&, double* out) { return r.epoch && (*out = *r.epoch, true); }},
 }};
 
 /// Appends to a buffer that must be large enough.

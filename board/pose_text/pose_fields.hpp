@@ -46,6 +46,7 @@ enum class PoseFieldId : std::uint8_t {
     rate,
     utc,
     expected,
+    epoch,
     kCount,
 };
 
@@ -59,7 +60,9 @@ constexpr PoseForm kPoseForm =
     kPoseHead | PoseForm{PoseFieldId::deviation,  PoseFieldId::distortion,         PoseFieldId::snr,
                          PoseFieldId::flag_names, PoseFieldId::predicted_position, PoseFieldId::predicted_rotation,
                          PoseFieldId::euler};
-constexpr PoseForm kServedForm = kPoseForm | PoseForm{PoseFieldId::utc, PoseFieldId::expected};
+/// The same of a device.
+constexpr PoseForm kDeviceForm = kPoseForm | PoseForm{PoseFieldId::epoch};
+constexpr PoseForm kServedForm = kDeviceForm | PoseForm{PoseFieldId::utc, PoseFieldId::expected};
 /// CSV of a simulated run.
 constexpr PoseForm kScoredForm = kPoseForm | PoseForm{PoseFieldId::true_position, PoseFieldId::true_attitude,
                                                       PoseFieldId::position_error, PoseFieldId::orientation_error};
@@ -93,6 +96,7 @@ struct PoseRow {
     const Vec3<double>* rate_rad_s = nullptr;
     std::optional<UtcTime> utc = std::nullopt;
     double expected_error_m = std::numeric_limits<double>::quiet_NaN();  // see ExpectedError
+    std::optional<int> epoch = std::nullopt;                             // see PoseClock
 };
 
 /// One field: an integer, numbers, or the names of the flags.

@@ -1,7 +1,5 @@
 #include "board/pose_text/pose_stages.hpp"
 
-#include <fmt/format.h>
-
 #include <utility>
 
 namespace tricoil::host {
@@ -13,10 +11,6 @@ PoseStages::PoseStages(const OutputOptions& options, tracking::TrackerTap<double
       has_boresight_(options.boresight) {
     if (options.relative_to > 0) {
         relative_.emplace(static_cast<std::uint8_t>(options.relative_to - 1), [this](const Pose& pose) { pass(pose); });
-        frame_name_ = fmt::format("sensor{}", options.relative_to - 1);
-    }
-    if (is_aligned_) {
-        frame_name_ = "aligned";
     }
 }
 

@@ -21,8 +21,6 @@ public:
     PoseStages(const OutputOptions& options, tracking::TrackerTap<double>& next);
 
     [[nodiscard]] const PoseUnits& units() const { return format_.units; }
-    /// Name of the frame of the positions: source, sensorN (N from 0) or aligned.
-    [[nodiscard]] const std::string& frame_name() const { return frame_name_; }
     /// The true pose at the time of `pose`, in its frame; reference: of the sensor of --relative-to, if there is one.
     [[nodiscard]] TruePose framed(const Pose& pose, const TruePose& truth, const TruePose* reference) const;
     /// Velocity and angular rate of the sensor, source frame, as those of the output. Not for relative poses. The boresight does
@@ -50,7 +48,6 @@ private:
     bool has_boresight_;
     std::array<std::optional<tracking::OutputFrame<double>>, tracking::kMaxSensors> boresighted_;  // from the first valid pose on
     std::optional<TruePose> truth_;                                                                // of the next pose
-    std::string frame_name_ = "source";
     std::optional<RelativePoses> relative_;
 };
 

@@ -5,7 +5,6 @@
 #include <array>
 #include <memory>
 
-#include "board/pose_text/mcap/mcap_poses.hpp"
 #include "board/pose_text/pose_stages.hpp"
 #include "board/record/rest_couplings.hpp"
 #include "board/support/components.hpp"
@@ -78,11 +77,6 @@ Form mat_form(const Put& put, const PoseStages& stages) {
 constexpr Form (*mat_form)(const Put&, const PoseStages&) = nullptr;
 #endif
 
-Form mcap_form(const Put& put, const PoseStages& stages) {
-    const auto poses = std::make_shared<McapPoses>(put, stages.units(), stages.frame_name());
-    return {[poses](const Pose& pose) { poses->add(pose); }, [poses] { poses->finish(); }};
-}
-
 /// Throws InputError if the recording has no measured signal matrices: poses of a device, or a calibration was used.
 Form rests_form(const Put& put, const Recording& recording) {
     const auto& settings = recording.settings();
@@ -128,7 +122,7 @@ void refuse_stages(const std::string& name, const OutputOptions& options) {
 }  // namespace
 
 const std::vector<std::string>& convert_formats() {
-    static const std::vector<std::string> names{"jsonl", "csv", "mat", "mcap", "openigtlink", "rests"};
+    static const std::vector<std::string> names{"jsonl", "csv", "mat", "openigtlink", "rests"};
     return names;
 }
 
@@ -140,7 +134,7 @@ std::uint64_t convert(const Recording& recording, const std::string& name, const
     if (name == "openigtlink") {
         require(Component::openigtlink, "--to openigtlink");
     }
-    constexpr std::array<Form (*)(const Put&, const PoseStages&), 5> kForms{json_form, csv_form, mat_form, mcap_form,
+    constexpr std::array<Form (*)(const Put&, const PoseStages&), 4> kForms{json_form, csv_form, mat_form,
                                                                             igtl_form};  // of poses alone
     const std::size_t index = index_of_name("--to", name, convert_formats());
     refuse_stages(name, options);

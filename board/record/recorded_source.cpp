@@ -72,20 +72,26 @@ void TrackerStage::do_begin(const Settings& settings) {
     for (int n = 0; n < settings.sensors; ++n) {
         trackers_.push_back(std::make_unique<tracking::AnyTracker>(settings.tracker, settings.calibration));
     }
+    for (ContinuedSequence& sequence : sequences_) {
+        sequence.begin();
+    }
+}
+
+void TrackerStage::pass(std::optional<tracking::PoseEstimate<double>> pose) {
+    if (pose) {
+        pose->sequence = sequences_.at(pose->sensor).next(pose->sequence);
+        next_.pose(*pose);
+    }
 }
 
 void TrackerStage::do_column(const MeasuredColumn<double>& column) {
     next_.column(column);
-    if (const auto pose = trackers_.at(column.sensor)->update(column)) {
-        next_.pose(*pose);
-    }
+    pass(trackers_.at(column.sensor)->update(column));
 }
 
 void TrackerStage::do_tick(std::uint8_t sensor, DeviceTime now) {
     next_.tick(sensor, now);
-    if (const auto pose = trackers_.at(sensor)->tick(now)) {
-        next_.pose(*pose);
-    }
+    pass(trackers_.at(sensor)->tick(now));
 }
 
 void TrackerStage::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {

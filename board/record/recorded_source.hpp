@@ -1,12 +1,14 @@
 // Inputs or poses of a recording, and the trackers that compute poses from inputs again.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "board/record/recording.hpp"
+#include "board/stream/continued_sequence.hpp"
 #include "board/stream/source.hpp"
 #include "board/stream/stream_clock.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
@@ -31,8 +33,12 @@ private:
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
     void do_pose(const tracking::PoseEstimate<double>& estimate) override { next_.pose(estimate); }
 
+    /// The numbers of poses go on although trackers are new.
+    void pass(std::optional<tracking::PoseEstimate<double>> pose);
+
     tracking::TrackerTap<double>& next_;
     std::vector<std::unique_ptr<tracking::AnyTracker>> trackers_;  // one per sensor
+    std::array<ContinuedSequence, tracking::kMaxSensors> sequences_;
 };
 
 /// Passes the inputs of a recording to a tap, line by line. If the device computed the poses, these are passed.

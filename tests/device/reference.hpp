@@ -62,9 +62,9 @@ inline std::vector<std::string> lines(const std::string& text) {
 /// Compares the received poses with the reference: equal in every digit.
 inline void expect_equal_poses(const std::string& csv, const sim::FrontEndParams& params, double duration_s,
                                std::size_t at_least) {
-    std::string reference = host::pose_column_names(host::kPoseForm) + '\n';
+    std::string reference = host::pose_column_names(host::kDeviceForm) + '\n';
     for (const auto& pose : reference_poses(params, duration_s + 1)) {
-        reference += host::pose_line({pose}, host::PoseFormat::csv);
+        reference += host::pose_line({.pose = pose, .epoch = 0}, host::PoseFormat::csv, host::kDeviceForm);
     }
     const auto got = lines(read_text(csv));
     const auto expected = lines(reference);

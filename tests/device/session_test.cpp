@@ -209,6 +209,129 @@ TEST_F(SessionOfCoils, PoseOfAnUnknownSensorIsRefused) {
     EXPECT_EQ(say(pose), SessionEvent::pose);
 }
 
+/// A tracker board that answers each start, and sends poses as its own clock and counter go.
+class SessionOfAClock : public SessionOfCoils {
+protected:
+    void SetUp() override {
+        identity.role = static_cast<std::uint8_t>(protocol::Role::tracker);
+        identity.drives_coils = 1;
+        start_again();
+        pose.quaternion[0] = static_cast<std::int32_t>(protocol::kQuaternionPerUnit);
+    }
+    /// After a lost link of `away`.
+    void start_again(Microseconds away = Microseconds{800'000}) {
+        board.on_device_lost(now);
+        board.service(now += away);
+        tell(identity);
+        board.service(now += Microseconds{1});
+        ASSERT_EQ(tell(started()), SessionEvent::started);
+    }
+    template <typename Message>
+    SessionEvent tell(const Message& message) {
+        const auto bytes = test::bytes_of(message);
+        return board.take({bytes, now, 0});
+    }
+    /// The next pose of the board; checks that times and numbers of those that leave increase.
+    SessionEvent send() {
+        now += Microseconds{4'000};
+        pose.time_us += 4'000;
+        ++pose.sequence;
+        const DeviceTime time = board.pose().time;
+        const std::uint32_t sequence = board.pose().sequence;
+        const SessionEvent event = tell(pose);
+        if (event == SessionEvent::pose) {
+            EXPECT_GT(board.pose().time, time);
+            EXPECT_GT(board.pose().sequence, sequence);
+        }
+        return event;
+    }
+    /// Sends `count` poses; returns how many leave.
+    int send(int count) {
+        int left = 0;
+        for (int n = 0; n < count; ++n) {
+            left += send() == SessionEvent::pose ? 1 : 0;
+        }
+        return left;
+    }
+    [[nodiscard]] std::int64_t left_us() const { return to_us(board.pose().time); }
+
+    protocol::PoseMessage pose;
+    DeviceSession board{port, {.hemisphere = Vec3<double>(Vec3<double>::Zero())}};
+};
+
+TEST_F(SessionOfAClock, ABoardThatRestartsGoesOn) {
+    pose.time_us = 5'000'000;
+    pose.sequence = 1'000;
+    ASSERT_EQ(send(10), 10);
+    const std::int64_t last_us = left_us();
+    for (int restart = 1; restart <= 3; ++restart) {
+        start_again();
+        pose.time_us = 100'000;
+        pose.sequence = 0;
+        ASSERT_EQ(send(10), 10);
+        EXPECT_NEAR(static_cast<double>(left_us() - last_us), restart * 840e3, 1e3) << "the host's time";
+        EXPECT_EQ(board.pose().sequence, 1'010U + static_cast<std::uint32_t>(restart) * 10);
+    }
+}
+
+TEST_F(SessionOfAClock, AClockThatRanOnStaysAsItIs) {
+    pose.time_us = 5'000'000;
+    pose.sequence = 1'000;
+    ASSERT_EQ(send(10), 10);
+    start_again();
+    pose.time_us += 830'000;
+    ASSERT_EQ(send(10), 10);
+    EXPECT_EQ(left_us(), pose.time_us);
+    EXPECT_EQ(board.pose().sequence, 1'020U);
+    start_again();
+    pose.time_us += 3'600'000'000;
+    ASSERT_EQ(send(10), 10);
+    EXPECT_EQ(left_us(), pose.time_us) << "a clock that is set forward";
+}
+
+/// By `jump_us` while it runs.
+class SessionOfAJump : public SessionOfAClock, public testing::WithParamInterface<std::int64_t> {};
+
+TEST_P(SessionOfAJump, StartsTheBoardAgainAndGoesOn) {
+    pose.time_us = 50'000'000;
+    ASSERT_EQ(send(10), 10);
+    const std::int64_t last_us = left_us();
+    pose.time_us += GetParam();
+    EXPECT_EQ(send(20), 0);
+    EXPECT_NE(board.phase(), Phase::running);
+    EXPECT_STREQ(board.detail(), "the device's clock jumped");
+    start_again();
+    ASSERT_EQ(send(10), 10);
+    EXPECT_EQ(board.counters().starts, 2U);
+    EXPECT_GE(left_us(), last_us + 800'000);
+}
+
+INSTANTIATE_TEST_SUITE_P(Jumps, SessionOfAJump, testing::Values(-200'000, -3'000'000, -50'000'000, 2'000'000, 3'600'000'000));
+
+TEST_F(SessionOfAClock, OneWrongTimeCostsOnePose) {
+    pose.time_us = 5'000'000;
+    ASSERT_EQ(send(10), 10);
+    for (const std::int64_t wrong_us : {-2'000'000, 9'000'000}) {
+        pose.time_us += wrong_us;
+        EXPECT_EQ(send(), SessionEvent::none);
+        pose.time_us -= wrong_us;
+        EXPECT_EQ(send(10), 10);
+    }
+    EXPECT_EQ(board.counters().starts, 1U);
+}
+
+/// A column of a long window of the low band is older than those of the high band.
+TEST_F(SessionOfCoils, ColumnsOfTheLowBandMayBeOld) {
+    session.note_excitation(Excitation::all, 1);
+    next = 1'000;
+    EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
+    auto low = column(1, 1);
+    low.flags = ColumnFlags{ColumnFlag::low_band}.bits();
+    low.time_us -= 400'000;
+    EXPECT_EQ(say(low), SessionEvent::column);
+    EXPECT_EQ(say(column(2, 1)), SessionEvent::column);
+}
+
 TEST_F(SessionOfCoils, CountsMessagesDroppedSinceTheFirstStatus) {
     protocol::StatusMessage status;
     for (const auto dropped : {1000U, 1003U, 2U, 3U}) {  // the device restarts before the third status

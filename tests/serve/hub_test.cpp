@@ -115,6 +115,24 @@ TEST(PoseHub, PosesHaveTheirExpectedError) {
     EXPECT_NE(served_pose_line(poses[1]).find("\"expected_error_mm\":3.53553"), std::string::npos);
 }
 
+/// The trackers of a recording begin twice before its first pose.
+TEST(PoseHub, EpochsCountWhatStartsAgain) {
+    PoseHub hub;
+    PoseHub::Cursor cursor = hub.cursor();
+    const auto begin = [&] { hub.begin({}); };
+    begin();
+    begin();
+    hub.pose(uncertain_by(1e-3, 0));
+    hub.pose(uncertain_by(1e-3, 0.1));
+    begin();
+    hub.pose(uncertain_by(1e-3, 0.2));
+    std::vector<ServedPose> poses;
+    hub.read(cursor, poses);
+    EXPECT_EQ(poses.at(1).epoch, 0);
+    EXPECT_EQ(poses.at(2).epoch, 1);
+    EXPECT_NE(served_pose_line(poses[2]).find("\"epoch\":1"), std::string::npos);
+}
+
 TEST(SilenceWatch, FlagsASilentSensorOnce) {
     constexpr UtcTime kNow = utc_time_us(1'000'000);
     SilenceWatch watch;

@@ -15,7 +15,8 @@
 namespace tricoil::host {
 namespace {
 
-constexpr const char* kForeignFormats[] = {"motive", "polhemus", "ndi", "mha"};  // written by Python
+constexpr const char* kForeignFormats[] = {"motive", "polhemus", "ndi", "mha"};  // of files; written by Python
+constexpr const char* kMcap = "mcap";                                            // of recordings; written by Python
 
 struct ConvertCommand {
     std::string folder;
@@ -34,8 +35,12 @@ int run_convert(const ConvertCommand& command, const CLI::App& sub) {
         refuse_if(sub.count(option) > 0, "{}: only of a file of poses; {} is a recording", option, command.folder);
     }
     check_reference(command.stages, recording.sensors());
-    if (command.out.empty() || command.out == kStandardOutput) {
-        refuse_if(command.json, "--json: the poses need a file; add --out FILE");
+    const bool is_printed = command.out.empty() || command.out == kStandardOutput;
+    refuse_if(is_printed && command.json, "--json: the poses need a file; add --out FILE");
+    if (command.form == kMcap) {
+        return continue_in_python(sub);
+    }
+    if (is_printed) {
         convert(recording, command.form, command.stages,
                 [](std::string_view bytes) { (void)std::fwrite(bytes.data(), 1, bytes.size(), stdout); });
         return to_int(ExitCode::fine);
@@ -63,6 +68,7 @@ void add_convert_command(CLI::App* sub, Action& action) {
         ->required()
         ->type_name(kFileType);
     std::vector<std::string> formats = convert_formats();
+    formats.emplace_back(kMcap);
     formats.insert(formats.end(), std::begin(kForeignFormats), std::end(kForeignFormats));
     one_of(sub->add_option("--to", command->form,
                            "Format; mat: MATLAB, Octave; mcap: Foxglove, PlotJuggler; rests: mean couplings of each interval in "

@@ -66,7 +66,7 @@ void PoseHub::do_begin(const Settings& settings) {
     sensors_ = settings.sensors;
     const auto& common = settings.tracker.common;
     confinement_.assign(common.confined ? static_cast<std::size_t>(sensors_) : 0, common.hemisphere);
-    utc_.begin(common.window_s);
+    clock_.begin(common.window_s);
 }
 
 void PoseHub::do_column(const MeasuredColumn<double>& column) {
@@ -87,7 +87,8 @@ void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
         sensors_ = std::max(sensors_, estimate.sensor + 1);
         ServedPose& served = ring_[count_ % kCapacity];
         served.pose = estimate;
-        served.utc = utc_.at(estimate.time);
+        served.utc = clock_.utc(estimate.time);
+        served.epoch = clock_.epoch();
         served.expected_error_m = expected_.after(estimate);
         served.truth = std::exchange(truth_, std::nullopt);
         ++count_;

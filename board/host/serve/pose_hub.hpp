@@ -96,7 +96,7 @@ private:
     web::PageLevels levels_;
     int sensors_ = 0;
     std::vector<Vec3<double>> confinement_;
-    PoseUtc utc_;
+    PoseClock clock_;
     ExpectedError expected_;
     std::function<void()> notify_;
 };
