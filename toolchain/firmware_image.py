@@ -101,7 +101,7 @@ class Image:
 
     @property
     def flash(self):
-        return sum(self.sections.get(name, 0) for name in (".vectors", ".image_header", ".text", ".rodata", ".init_array", ".data"))
+        return sum(self.sections.get(name, 0) for name in (".boot", ".vectors", ".image_header", ".text", ".rodata", ".init_array", ".data"))
 
     @property
     def ram(self):

@@ -55,8 +55,13 @@ void TrackerDevice::take(HostLink& link, std::span<const std::uint8_t> bytes) {
         return;
     }
     if (type == protocol::MessageType::calibration) {
-        const AckResult result = link.has_session() ? store_calibration(link, calibration) : AckResult::wrong_state;
-        acknowledge(link, static_cast<std::uint8_t>(Opcode::write_calibration), calibration.request, result, 0);
+        const bool is_image = calibration.tail.size() == protocol::kImagePartHeader + protocol::kImagePartBytes &&
+                              protocol::get_bytes(calibration.tail.data(), 4) == protocol::kImagePart;
+        const AckResult result = !link.has_session() ? AckResult::wrong_state
+                                 : is_image          ? store_image(calibration)
+                                                     : store_calibration(link, calibration);
+        acknowledge(link, static_cast<std::uint8_t>(Opcode::write_calibration), calibration.request, result,
+                    is_image ? hardware_.image.size() : 0);
         return;
     }
     const auto opcode = static_cast<Opcode>(command.opcode);
@@ -86,6 +91,7 @@ void TrackerDevice::report_unreadable(HostLink& link, WireError error) {
 void TrackerDevice::answer_hello(HostLink& link, const protocol::CommandMessage& command) {
     if (protocol::common_version(protocol::range_of_hello(command.argument), {}) != 0) {
         link.start_session(command.sequence);
+        confirm_image();
     } else {
         ++refused_;
     }
@@ -310,14 +316,19 @@ bool TrackerDevice::has_permission() {
 }
 
 AckResult TrackerDevice::execute_loader(std::uint32_t argument) {
-    if (argument != protocol::kLoaderKey) {
+    const bool loads_image = argument == protocol::kImageKey;
+    if (!loads_image && argument != protocol::kLoaderKey) {
         return AckResult::bad_value;
     }
     if (!loader_at_) {  // a host repeats a command after a lost acknowledgement
-        if (!has_permission()) {
+        if (loads_image && !hardware_.image.is_complete()) {
+            return AckResult::wrong_state;
+        }
+        if (!loads_image && !has_permission()) {  // the image was written with permission
             return AckResult::refused;
         }
         permission_.use();
+        loads_image_ = loads_image;
         loader_at_ = now_ + kLoaderPause;
     }
     return AckResult::done;
@@ -372,6 +383,38 @@ AckResult TrackerDevice::store_calibration(HostLink& link, const protocol::Calib
     stored_ = store_.open();
     use_calibration();
     return is_stored ? AckResult::done : AckResult::failed;
+}
+
+/// The permission is for the whole image, and used by its first part.
+AckResult TrackerDevice::store_image(const protocol::CalibrationMessage& message) {
+    const auto offset = static_cast<std::uint32_t>(protocol::get_bytes(message.tail.data() + 4, 4));
+    hal::ImageBank& image = hardware_.image;
+    if (is_measuring_ || loader_at_) {
+        return AckResult::wrong_state;
+    }
+    if (message.request == image_request_ && offset < image.size()) {
+        return AckResult::done;  // repeated after a lost acknowledgement
+    }
+    if (offset == 0 && !has_permission()) {
+        return AckResult::refused;
+    }
+    hardware_.watchdog.feed();
+    const StatusCode code = image.write(offset, message.tail.subspan(protocol::kImagePartHeader)).code();
+    if (code == StatusCode::invalid_argument || code == StatusCode::not_ready) {
+        return AckResult::bad_value;
+    }
+    image_request_ = message.request;
+    if (offset == 0) {
+        permission_.use();
+    }
+    return code == StatusCode::ok ? AckResult::done : AckResult::failed;
+}
+
+/// A new image is confirmed when a host reaches it and its self-check has passed.
+void TrackerDevice::confirm_image() {
+    if (hardware_.image.is_on_trial() && !faults_.has(protocol::Fault::self_check) && hardware_.image.confirm().ok()) {
+        start_alone();
+    }
 }
 
 void TrackerDevice::acknowledge(HostLink& link, std::uint8_t opcode, std::uint16_t request, AckResult result,

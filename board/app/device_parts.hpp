@@ -14,6 +14,7 @@
 #include "hal/coil_sampler.hpp"
 #include "hal/gain_control.hpp"
 #include "hal/heartbeat.hpp"
+#include "hal/image_bank.hpp"
 #include "hal/indicator.hpp"
 #include "hal/message_port.hpp"
 #include "hal/push_button.hpp"
@@ -31,6 +32,7 @@ struct DeviceHardware {
     hal::GainControl& gain;
     hal::Heartbeat& heartbeat;  // of the hardware enable of the power stages; toggled while coils are on
     hal::Storage& storage;      // four slots of at least CalibrationStore::kRecordBytes
+    hal::ImageBank& image;
     hal::Watchdog& watchdog;
     hal::SystemControl& system;
     hal::Indicator& indicator;

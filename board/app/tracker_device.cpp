@@ -16,6 +16,7 @@ using protocol::DeviceState;
 using protocol::Fault;
 
 constexpr Microseconds kStatusPause{100'000};
+constexpr Microseconds kTrial{30'000'000};  // without a host the old image returns
 constexpr Microseconds kReadingPause{1'000'000};
 constexpr Microseconds kLowBandReadingPause{10'000'000};  // the mean of the low band starts again after each
 constexpr std::uint16_t kMinSupply_mv = 3000;             // 3.3 V, and the tolerance of the levels of the analog circuits
@@ -65,7 +66,13 @@ void TrackerDevice::boot() {
             fail(fault_of_start(measured));
         }
     }
-    // Without a host if the parameters say so, until a host on this link sends start or stop.
+    if (!hardware_.image.is_on_trial()) {
+        start_alone();
+    }
+}
+
+/// Without a host if the parameters say so, until a host on this link sends start or stop.
+void TrackerDevice::start_alone() {
     if (const std::size_t link = parameters_[protocol::kStart]; link > 0 && link <= links().size()) {
         (void)execute_start(links()[link - 1], 0);
         links()[link - 1].stream(is_measuring_, true);
@@ -210,7 +217,10 @@ void TrackerDevice::step() {
         if (loader_at_ && now_ >= *loader_at_) {
             loader_at_.reset();
             hardware_.coils.switch_off();
-            hardware_.system.restart_into_loader();
+            loads_image_ ? hardware_.image.restart(true) : hardware_.system.restart_into_loader();
+        }
+        if (to_us(now_) > kTrial.count() && hardware_.image.is_on_trial()) {
+            hardware_.image.restart(false);
         }
         if (now_ - last_reading_ > kReadingPause && !answers_.is_busy()) {
             read_monitor();

@@ -57,6 +57,7 @@ private:
     protocol::AckResult execute_loader(std::uint32_t argument);
     static protocol::AckResult check_calibration(std::span<const std::uint8_t> bytes);
     protocol::AckResult store_calibration(HostLink& link, const protocol::CalibrationMessage& message);
+    protocol::AckResult store_image(const protocol::CalibrationMessage& message);
     void acknowledge(HostLink& link, std::uint8_t opcode, std::uint16_t request, protocol::AckResult result,
                      std::uint32_t argument);
     void answer_hello(HostLink& link, const protocol::CommandMessage& command);
@@ -78,6 +79,8 @@ private:
     static protocol::Fault fault_of_start(const Status& status);
     [[nodiscard]] protocol::Fault fault_of(const Status& status) const;
     void measure();
+    void start_alone();
+    void confirm_image();
     void check_hosts();
     void check_processor();
     static Result<calibration::CoilCorrection<float>> usable(const calibration::Calibration<float>& c);
@@ -146,6 +149,8 @@ private:
     LocalPermission permission_;
     protocol::Refusal refusal_ = protocol::Refusal::unsupported;  // of the command in execution
     std::optional<DeviceTime> loader_at_;
+    bool loads_image_ = false;         // at that time, instead of the loader
+    std::uint16_t image_request_ = 0;  // of the newest part
 };
 
 }  // namespace tricoil::app

@@ -45,7 +45,8 @@ const char* text_of(const protocol::AckMessage& ack) {
             return "the device is busy; try again";
         case protocol::AckResult::bad_value:
             return ack.opcode == static_cast<std::uint8_t>(Opcode::write_calibration)
-                       ? "refused: its firmware does not know this version of a calibration (pick-up: version 6); update it"
+                       ? "refused: an image for another board, or its firmware does not know this version of a calibration "
+                         "(pick-up: version 6); update it"
                        : "refused: invalid value";
         case protocol::AckResult::wrong_state:
             return "refused in the present state; start or stop the measurement first";
@@ -152,10 +153,11 @@ bool DeviceInquiry::exchange(double seconds, const host::InterruptGuard& guard, 
     return false;
 }
 
-/// Calls `ask` until is_answer(message) or, if that is empty, until the device acknowledges. `what`: name of the request for the
-/// error message.
-void DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, const Take& is_answer) {
+/// Calls `ask` until is_answer(message) or, if that is empty, until the device acknowledges; returns the argument of that.
+/// `what`: name of the request for the error message.
+std::uint32_t DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, const Take& is_answer) {
     std::string error;
+    std::uint32_t argument = 0;
     const auto is_over = [&](const hal::ReceivedMessage& message) {
         if (is_answer && session_.has_identity() && is_answer(message)) {
             return true;
@@ -164,6 +166,7 @@ void DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, con
         const bool is_ours = protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ &&
                              ack.opcode == static_cast<std::uint8_t>(opcode);
         if (!is_answer && session_.has_identity() && is_ours && ack.result == 0) {
+            argument = ack.argument;
             return true;
         }
         if (is_ours && ack.result != 0 && ack.result != static_cast<std::uint8_t>(protocol::AckResult::busy)) {
@@ -180,6 +183,7 @@ void DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, con
     if (!error.empty()) {
         throw host::DeviceError(fmt::format("{}: {}: {}", uri_, what, error));
     }
+    return argument;
 }
 
 void DeviceInquiry::command(Opcode opcode, Excitation state, std::uint32_t argument) {
@@ -262,7 +266,7 @@ std::vector<std::uint8_t> DeviceInquiry::read_calibration() {
     return blob;
 }
 
-void DeviceInquiry::write_calibration(const std::vector<std::uint8_t>& blob) {
+std::uint32_t DeviceInquiry::write_blob(const char* what, std::span<const std::uint8_t> blob) {
     const auto ask = [&] {
         protocol::CalibrationMessage message;
         message.sequence = calibrations_++;  // a repeated number would be refused
@@ -272,7 +276,27 @@ void DeviceInquiry::write_calibration(const std::vector<std::uint8_t>& blob) {
         bytes.resize(protocol::encode(message, bytes));
         (void)port_->send(bytes);  // repeated if lost
     };
-    inquire("write calibration", Opcode::write_calibration, ask, {});
+    return inquire(what, Opcode::write_calibration, ask, {});
+}
+
+/// The device acknowledges each part with the number of bytes that it has.
+void DeviceInquiry::write_image(std::span<const std::uint8_t> image) {
+    host::Progress progress(uri_ + ": writing");
+    for (std::size_t at = 0; at < image.size();) {
+        progress.show(static_cast<double>(at) / static_cast<double>(image.size()));
+        const auto part = image.subspan(at, std::min(protocol::kImagePartBytes, image.size() - at));
+        std::vector<std::uint8_t> blob(protocol::kImagePartHeader + protocol::kImagePartBytes, 0xFF);
+        protocol::put_bytes(blob.data(), protocol::kImagePart, 4);
+        protocol::put_bytes(blob.data() + 4, at, 4);
+        std::copy(part.begin(), part.end(), blob.begin() + protocol::kImagePartHeader);
+        const std::uint32_t stored = write_blob("write image", blob);
+        at += part.size();
+        if (stored != at) {
+            throw host::DeviceError(
+                fmt::format("{}: write image: the device has {} bytes instead of {}; repeat the command", uri_, stored, at));
+        }
+    }
+    order("start the image", Opcode::loader, protocol::kImageKey);
 }
 
 RawBurst DeviceInquiry::read_block(Excitation state) {

@@ -44,7 +44,10 @@ public:
     std::vector<std::uint8_t> read_calibration();
 
     /// Returns when the device has confirmed that it stored `blob`.
-    void write_calibration(const std::vector<std::uint8_t>& blob);
+    void write_calibration(const std::vector<std::uint8_t>& blob) { write_blob("write calibration", blob); }
+
+    /// Writes a firmware image, from its vectors on, and restarts the device in it.
+    void write_image(std::span<const std::uint8_t> image);
 
     /// Reads one raw block in this excitation state.
     RawBurst read_block(Excitation state);
@@ -75,7 +78,8 @@ private:
     bool exchange(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
                   Microseconds again = kAskAgain);
     void await_pose();
-    void inquire(const char* what, protocol::Opcode opcode, const Ask& ask, const Take& is_answer);
+    std::uint32_t write_blob(const char* what, std::span<const std::uint8_t> blob);
+    std::uint32_t inquire(const char* what, protocol::Opcode opcode, const Ask& ask, const Take& is_answer);
     void command(protocol::Opcode opcode, Excitation state = Excitation::off, std::uint32_t argument = 0);
 
     std::string uri_;

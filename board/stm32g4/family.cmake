@@ -13,9 +13,16 @@ function(tricoil_stm32g4_sources name)
 endfunction()
 
 # tricoil_stm32g4_image(NAME FLASH_KIB N RAM_KIB N SOURCES ... [DEPENDS ...])
-# An image with start-up code and safe fault handling. Its sources define the vectors and switch_outputs_off() (startup.hpp).
+# An image with start-up code and safe fault handling. Its sources define the vectors and switch_outputs_off() (startup.hpp). BOOT_KIB: for
+# a selector of the bank before the image.
 function(tricoil_stm32g4_image name)
-  cmake_parse_arguments(ARG "" "FLASH_KIB;RAM_KIB" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "" "BOOT_KIB;FLASH_KIB;RAM_KIB" "SOURCES;DEPENDS" ${ARGN})
+  set(boot_kib 0)
+  set(boot_sections "")
+  if(ARG_BOOT_KIB)
+    set(boot_kib ${ARG_BOOT_KIB})
+    file(READ ${TRICOIL_STM32G4_FOLDER}/boot_sections.ld boot_sections)
+  endif()
   set(flash_kib ${ARG_FLASH_KIB})
   set(ram_kib ${ARG_RAM_KIB})
   tricoil_stm32g4_sources(${name}_startup SOURCES startup.cpp)
@@ -36,11 +43,12 @@ function(tricoil_stm32g4_tracker name)
     VERBATIM)
   set(links tricoil_app tricoil_stm32g4_usart tricoil_stm32g4_fdcan tricoil_stm32g4_usb)
   tricoil_stm32g4_sources(${name}_parts DEPENDS ${links}
-    SOURCES tracker_main.cpp tracker_board.cpp tracker_vectors.cpp image_header.cpp image_check.cpp)
+    SOURCES tracker_main.cpp tracker_board.cpp tracker_vectors.cpp image_header.cpp image_check.cpp image_bank.cpp
+      bank_selector.cpp)
   add_dependencies(${name}_parts image_version)
   target_include_directories(${name}_parts PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/version)
   target_compile_definitions(${name}_parts PRIVATE TRICOIL_BOARD_NAME="${ARG_BOARD_NAME}")
-  tricoil_stm32g4_image(${name} FLASH_KIB ${ARG_FLASH_KIB} RAM_KIB ${ARG_RAM_KIB}
+  tricoil_stm32g4_image(${name} BOOT_KIB 8 FLASH_KIB ${ARG_FLASH_KIB} RAM_KIB ${ARG_RAM_KIB}
     SOURCES $<TARGET_OBJECTS:${name}_parts>
     DEPENDS ${ARG_PARTS} ${links} tricoil_small_trigonometry)
 

@@ -1,5 +1,6 @@
 #include "board/stm32g4/image_header.hpp"
 
+#include "board/stm32g4/startup.hpp"
 #include "core/protocol/message_type.hpp"
 #include "image_version.hpp"
 
@@ -26,6 +27,7 @@ constexpr std::array<char, 16> text(const char* from) {
     .image_end = image_end,
     .commit = text(kCommit),
     .board = text(TRICOIL_BOARD_NAME),
+    .boot_record = &boot_record,
 };
 
 }  // namespace tricoil::stm32g4_board

@@ -1,6 +1,5 @@
 // Start-up from reset to main, and fault handling: outputs off, then reset.
 #include <cstdint>
-#include <utility>
 
 #include "board/cortex_m/program.hpp"
 #include "board/cortex_m/reset.hpp"
@@ -22,7 +21,6 @@ using namespace tricoil::stm32g4;
 
 constexpr unsigned kGuardLog2Bytes = 15;  // below RAM
 constexpr std::uint32_t kGuardBytes = 1U << kGuardLog2Bytes;
-constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory; has its own vectors (AN2606)
 
 /// Waits until the watchdog resets the processor.
 [[noreturn]] void wait_for_reset() {
@@ -60,7 +58,7 @@ void tricoil::board::finish(int) {
 
 extern "C" {
 // NOLINTNEXTLINE(readability-identifier-naming): name of the linker script
-extern std::uint32_t stack_bottom[];
+extern std::uint32_t stack_bottom[], vectors_begin[];
 
 /// No access below the stack, which begins at the start of RAM, and no code in RAM. The guard also covers option bytes, which are
 /// read elsewhere, and takes no RAM.
@@ -96,7 +94,6 @@ static bool is_stack_overflow(std::uint32_t cfsr, std::uint32_t address) {
     return (cfsr & (scb::CFSR_MSTKERR | scb::CFSR_STKERR)) != 0 || bottom - 1 - address < tricoil::stm32g4_board::kGuardBytes;
 }
 
-/// Enters the manufacturer's boot loader if the last run requested it. No peripheral is on yet, in particular no watchdog.
 /// A loader that starts the program after a firmware update leaves its vectors and clocks set; a reset clears them.
 void before_memory() {
     using namespace tricoil;
@@ -113,14 +110,9 @@ void before_memory() {
             asm volatile("dsb");
         }
     }
-    scb.VTOR = 0;
-    if (std::exchange(record.request, 0U) != stm32g4::BootRecord::kEnterLoader) {
-        protect_memory();
-        return;
-    }
-    scb.VTOR = stm32g4_board::kLoader;
-    const auto* vectors = &stm32g4::peripheral<const std::uint32_t>(stm32g4_board::kLoader);
-    asm volatile("msr msp, %0\n bx %1\n" ::"r"(vectors[0]), "r"(vectors[1]));
+    record.request = 0;
+    scb.VTOR = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(vectors_begin));
+    protect_memory();
 }
 
 /// `frame`: registers that the processor pushed; not readable after a stack overflow.

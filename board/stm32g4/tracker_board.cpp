@@ -16,9 +16,6 @@ namespace {
 using namespace tricoil::stm32g4;
 using namespace this_board;
 
-constexpr std::uint8_t kFirstStoragePage = 124;  // of bank 2: two pages of parameters, two of the calibration
-constexpr std::uint8_t kStoragePages = 4;
-constexpr std::uintptr_t kStorageMemory = kFlashBank2 + kFirstStoragePage * kFlashPageBytes;
 constexpr std::uintptr_t kUniqueNumber = 0x1FFF'7590;
 // Factory calibration (DS12288): TS_CAL1, VREFINT_CAL, TS_CAL2.
 constexpr std::uintptr_t kThermometer30 = 0x1FFF'75A8;
@@ -35,6 +32,12 @@ constexpr bool tables_fit() {
 static_assert(tables_fit());
 
 void sleep() { asm volatile("dsb\n wfi\n" ::: "memory"); }
+
+/// The settings are in bank 2, wherever it is.
+FlashStorage::Pages storage_pages() {
+    const std::uintptr_t bank_2 = runs_bank_2() ? kFlash : kFlash + kFlashBankBytes;
+    return {&peripheral<volatile std::uint64_t>(bank_2 + kFirstStoragePage * kFlashPageBytes), kFirstStoragePage, kStoragePages};
+}
 
 GpioRegisters& port(char name) {
     return peripheral<GpioRegisters>(kGpioABase + static_cast<std::uintptr_t>(name - 'A') * kGpioPortBytes);
@@ -137,8 +140,8 @@ TrackerBoard::TrackerBoard(CoreClock core_clock)
       processor(peripheral<RccRegisters>(kRccBase), peripheral<ScbRegisters>(kScbBase), boot_record,
                 {&board::stack_was_full, &sleep, &board::halt}),
       watchdog(peripheral<IwdgRegisters>(kIwdgBase)),
-      storage(peripheral<FlashRegisters>(kFlashBase),
-              {&peripheral<volatile std::uint64_t>(kStorageMemory), kFirstStoragePage, kStoragePages}),
+      storage(peripheral<FlashRegisters>(kFlashBase), storage_pages()),
+      image(peripheral<FlashRegisters>(kFlashBase), processor),
       heartbeat(pin(kHeartbeat)),
       status_led(pin(kStatusLed)),
       button(pin(kButton)),
@@ -165,8 +168,9 @@ void TrackerBoard::begin() {
     set_pins();
     clock.start(hertz_of(core));
     processor.begin();
-    const ImageCheck image = check_image();
-    processor.report_image(image.is_sound, image.crc);
+    const ImageCheck check = check_image(kFlash);
+    processor.report_image(check.is_sound, check.crc);
+    image.begin();
     processor.report_settings(peripheral<const FlashRegisters>(kFlashBase).OPTR);
     if (core != CoreClock::crystal) {
         processor.report(hal::SystemFault::clock);
@@ -183,9 +187,10 @@ app::DeviceHardware TrackerBoard::hardware() {
     return {clock,       acquisition.coils(),
             acquisition, acquisition.gain(),
             heartbeat,   storage,
-            watchdog,    processor,
-            status_led,  button,
-            monitor,     ports};
+            image,       watchdog,
+            processor,   status_led,
+            button,      monitor,
+            ports};
 }
 
 std::uint64_t unique_number() {

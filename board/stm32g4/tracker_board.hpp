@@ -4,6 +4,7 @@
 #include <array>
 
 #include "board/app/device_parts.hpp"
+#include "board/stm32g4/image_bank.hpp"
 #include "drivers/stm32g4/acquisition.hpp"
 #include "drivers/stm32g4/clocks.hpp"
 #include "drivers/stm32g4/fdcan/fdcan_port.hpp"
@@ -32,6 +33,7 @@ struct TrackerBoard {
     stm32g4::Processor processor;
     stm32g4::IndependentWatchdog watchdog;
     stm32g4::FlashStorage storage;
+    FlashImageBank image;
     stm32g4::HeartbeatLine heartbeat;
     stm32g4::StatusLed status_led;
     stm32g4::ButtonLine button;

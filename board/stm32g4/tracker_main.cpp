@@ -47,10 +47,10 @@ void handle(Unit& unit, Action act) {
 }  // namespace
 
 extern "C" {
-/// A damaged word of the calibration is handled by its reader. After a crystal failure or a damaged program the processor
-/// restarts.
+/// A damaged word of the calibration or of the banks' log is handled by its reader. After a crystal failure or a damaged program
+/// the processor restarts.
 void nmi_handler() {
-    if (take_crystal_failure() || !board_ || !board_->storage.on_ecc_error()) {
+    if (take_crystal_failure() || !board_ || !(board_->storage.on_ecc_error() || board_->image.on_ecc_error())) {
         board::halt();
     }
     asm volatile("dsb" ::: "memory");

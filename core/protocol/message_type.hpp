@@ -53,6 +53,7 @@ constexpr std::uint8_t kOpcodes = 16;  // without set_parameter
 
 /// Argument of `loader`, a guard against accidental commands.
 constexpr std::uint32_t kLoaderKey = 0x4C4F4144;
+constexpr std::uint32_t kImageKey = 0x494D4147;  // restarts in the image that was written
 
 /// Argument of an acknowledgement with `refused`: why.
 enum class Refusal : std::uint8_t {

@@ -133,10 +133,14 @@ struct ParametersMessage : Stamp {
     ParameterValues values = kDefaultParameters;
 };
 
-/// The tail is a calibration blob. Empty: no calibration.
+/// The tail is a calibration blob. Empty: no calibration. Or it is a part of a firmware image from its vectors on: kImagePart,
+/// offset of the part, kImagePartBytes bytes, filled up with ones after the image. The first part has the image's header.
 struct CalibrationMessage : Stamp {
     std::uint16_t request = 0;
     std::span<const std::uint8_t> tail{};
 };
+constexpr std::uint32_t kImagePart = 0x54525049;  // not the start of a blob
+constexpr std::size_t kImagePartHeader = 8;
+constexpr std::size_t kImagePartBytes = 592;
 
 }  // namespace tricoil::protocol

@@ -249,9 +249,10 @@ struct Schema<CalibrationMessage> {
     static constexpr MessageInfo kInfo{MessageType::calibration,
                                        "calibration",
                                        "both",
-                                       "calibration that was read, or is to be written",
+                                       "calibration that was read, or is to be written; or part of an image",
                                        1,
-                                       "a calibration blob with its own CRC; none: the device has no calibration"};
+                                       "a calibration blob with its own CRC; none: the device has no calibration; or 0x54525049, "
+                                       "offset, 592 bytes of the image"};
     static constexpr auto kFields = std::tuple{field(&CalibrationMessage::request, "request", detail::kRequest)};
 };
 

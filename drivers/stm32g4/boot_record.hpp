@@ -11,6 +11,7 @@ namespace tricoil::stm32g4 {
 /// the exact value of a constant, a program error only with its check word.
 struct BootRecord {
     static constexpr std::uint32_t kEnterLoader = 0x10ADE2B0;
+    static constexpr std::uint32_t kTryOtherBank = 0x7219'B4D6;
     static constexpr std::uint32_t kFreshStart = 0xF2E5'4A27;  // set before a reset whose only purpose is a clean start
 
     enum Ending : std::uint32_t { kNone, kFaulted, kAssertionFailed, kHung, kStackOverflow };
@@ -58,7 +59,7 @@ struct BootRecord {
         check = sum();
     }
 
-    std::uint32_t request;           // kEnterLoader or kFreshStart; any other value: none
+    std::uint32_t request;           // one of the constants; any other value: none
     std::uint32_t is_from_last_run;  // 1: the last run ended with this error
     std::uint32_t count;             // errors since power-on
     std::uint32_t ending;

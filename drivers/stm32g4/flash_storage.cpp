@@ -21,9 +21,10 @@ Status FlashStorage::do_erase(std::size_t slot) {
         return unlocked;
     }
     switch_data_cache_off();
+    const std::uint32_t bank = pages_.in_bank_2 ? flash::CR_BKER : 0;  // also with exchanged banks: the bank itself
     const auto page = static_cast<std::uint32_t>(pages_.first + slot);
-    registers_.CR = flash::CR_PER | flash::CR_BKER | page << flash::CR_PNB_Pos;
-    registers_.CR = flash::CR_PER | flash::CR_BKER | page << flash::CR_PNB_Pos | flash::CR_STRT;
+    registers_.CR = flash::CR_PER | bank | page << flash::CR_PNB_Pos;
+    registers_.CR = flash::CR_PER | bank | page << flash::CR_PNB_Pos | flash::CR_STRT;
     return finish();
 }
 

@@ -1,4 +1,5 @@
-// Non-volatile storage in pages of the second flash bank; the program runs from the first bank.
+// Non-volatile storage in pages of a flash bank. While a page of the bank that runs is erased or programmed, the processor
+// stalls.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +16,9 @@ class FlashStorage final : public hal::Storage {
 public:
     struct Pages {
         volatile std::uint64_t* memory;  // of the first page; kFlashPageBytes per page, without gaps
-        std::uint8_t first;              // page number within bank 2
+        std::uint8_t first;              // page number within the bank
         std::uint8_t count;
+        bool in_bank_2 = true;
     };
 
     FlashStorage(FlashRegisters& registers, const Pages& pages) : registers_(registers), pages_(pages) {}

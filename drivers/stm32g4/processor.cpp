@@ -70,8 +70,8 @@ hal::SystemFaults Processor::do_faults() const {
     return faults;
 }
 
-void Processor::do_restart_into_loader() {
-    record_.request = BootRecord::kEnterLoader;
+void Processor::restart(std::uint32_t request) {
+    record_.request = request;
     scb_.AIRCR = scb::AIRCR_reset;
     hooks_.wait_for_reset();
 }

@@ -27,6 +27,9 @@ public:
 
     void report_settings(std::uint32_t options);
 
+    /// Resets; `request`: of BootRecord, or 0. Does not return on a processor.
+    void restart(std::uint32_t request);
+
     using hal::SystemControl::report;
     /// Sets a fault until the next reset. May be called in any context.
     void report(hal::SystemFault fault);
@@ -36,7 +39,7 @@ private:
     [[nodiscard]] hal::SystemFaults do_faults() const override;
     [[nodiscard]] const hal::SystemReport& do_report() const override { return report_; }
     void do_idle() override { hooks_.sleep(); }
-    void do_restart_into_loader() override;
+    void do_restart_into_loader() override { restart(BootRecord::kEnterLoader); }
 
     RccRegisters& rcc_;
     ScbRegisters& scb_;

@@ -1,6 +1,7 @@
 #include "sim/virtual_board/board.hpp"
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
 namespace tricoil::virtual_board {
@@ -11,7 +12,9 @@ constexpr int kUsbLine = 20;
 constexpr std::array<std::array<int, 2>, 3> kFdcanLines{{{21, 22}, {86, 87}, {88, 89}}};
 constexpr int kTimer6DacLine = 54;
 constexpr int kTimer7DacLine = 55;
-constexpr unsigned kAdc12Clock = 28;  // fields of CCIPR
+constexpr std::uint32_t kImageMark = 0x2200;  // of the image of a tracker board (board/stm32g4/image_header.hpp)
+constexpr std::uint32_t kMemoryMap = 0;       // MEMRMP of SYSCFG
+constexpr unsigned kAdc12Clock = 28;          // fields of CCIPR
 constexpr unsigned kAdc345Clock = 30;
 
 }  // namespace
@@ -66,6 +69,7 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
     wire_pins();
     wire_analog();
     wire_low_power();
+    system_configuration_.on_change = [this] { flash.exchange_banks(is_set(system_configuration_[kMemoryMap], 8)); };  // FB_MODE
     rcc.check_frequency = [this](double hz) { check_frequency(hz); };
     rcc.check_backup = [this] { fail_if(!pwr.backup_is_writable(), "BDCR is written without PWR_CR1.DBP"); };
     rcc.on_peripheral_reset = [this](std::uint32_t enables, unsigned bit) { reset_peripheral(enables, bit); };
@@ -73,6 +77,9 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
     machine.on_reset_request = [this] { restart(std::exchange(cause_, std::nullopt).value_or(ResetCause::software)); };
     machine.load(image);
     put_injected_code(machine.memory);
+    if (std::ranges::equal(std::span(machine.memory.flash).subspan(kImageMark, 4), std::string_view("TRCI"))) {
+        attach_data_pages();
+    }
     power_cycle();
 }
 

@@ -60,6 +60,8 @@ public:
     /// Number of level changes of the LED LD2 (PA5).
     [[nodiscard]] unsigned led_changes() const { return led_changes_; }
 
+    /// True if bank 2 is at the start of the flash.
+    [[nodiscard]] bool runs_bank_2() const { return flash.is_exchanged(); }
     /// Number of resets since power-on, without the power-on reset.
     [[nodiscard]] unsigned resets() const { return resets_; }
 
@@ -107,6 +109,7 @@ private:
     void attach_analog();
     void attach_pins();
     void attach_can();
+    void attach_data_pages();
     void wire_pins();
     void wire_analog();
     void wire_low_power();

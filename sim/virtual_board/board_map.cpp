@@ -64,8 +64,15 @@ void VirtualBoard::attach() {
     add("PWR", 0x40007000, 0x400, pwr, Rcc::kApb1, 28);
     add("RCC", 0x40021000, 0x400, rcc);
     add("FLASH", 0x40022000, 0x400, flash);
-    add("flash bank 2", Memory::kFlashBase + Memory::kBankBytes, Memory::kBankBytes, flash.bank());
+    add("other flash bank", Memory::kFlashBase + Memory::kBankBytes, Memory::kBankBytes, flash.other_bank());
     add("DBGMCU", 0xE0042000, 0x400, debug_unit_);
+}
+
+void VirtualBoard::attach_data_pages() {
+    machine.cpu.map_data_pages();
+    for (std::size_t n = 0; n < Memory::kDataPages.size(); ++n) {
+        add("data page", Memory::kFlashBase + Memory::kDataPages[n].offset, Memory::kDataPages[n].bytes, flash.data_page(n));
+    }
 }
 
 void VirtualBoard::attach_analog() {

@@ -7,7 +7,7 @@ namespace {
 
 // The idle loop is long, because the emulator runs short loops slowly.
 constexpr std::uint32_t kIdleNops = 1000;
-constexpr std::uint32_t kIdle = Memory::kBankBytes - 2 * (kIdleNops + 2);
+constexpr std::uint32_t kIdle = Memory::kDataPages[1].offset - 2 * (kIdleNops + 2);
 constexpr std::uint16_t kNop = 0xBF00;
 
 /// Instructions of ARMv7-M (A7.7).

@@ -1,4 +1,4 @@
-// Code at the end of flash bank 1, for faults of the program: VirtualBoard::inject().
+// Code near the end of flash bank 1, for faults of the program: VirtualBoard::inject().
 #pragma once
 
 #include <cstdint>

@@ -112,8 +112,8 @@ struct DeviceBench {
 
     /// Restarts from reset. The content of the storage is kept.
     void boot() {
-        device.emplace(app::DeviceHardware{clock, coils, tampered, gain, heartbeat, storage, watchdog, system, indicator, button,
-                                           monitor, ports},
+        device.emplace(app::DeviceHardware{clock, coils, tampered, gain, heartbeat, storage, image, watchdog, system, indicator,
+                                           button, monitor, ports},
                        params());
         device->boot();
     }
@@ -185,6 +185,7 @@ struct DeviceBench {
     sim::SimulatedCoilSampler sampler;
     TamperedSampler tampered{sampler};
     sim::SimulatedStorage storage{4, 2048};
+    sim::SimulatedImageBank image;
     sim::SimulatedWatchdog watchdog{clock};
     sim::SimulatedSystem system{clock};
     sim::SimulatedIndicator indicator;

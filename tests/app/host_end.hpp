@@ -46,6 +46,21 @@ public:
         m.request = ++request_;
         m.tail = blob;
         say(m);
+        written_ = {m, {blob.begin(), blob.end()}};
+    }
+    /// Sends the newest calibration or part of an image again.
+    void repeat() {
+        written_.first.sequence = sequence_++;
+        written_.first.tail = written_.second;
+        say(written_.first);
+    }
+
+    void write_image(std::uint32_t offset, std::span<const std::uint8_t> part) {
+        std::vector<std::uint8_t> blob(protocol::kImagePartHeader + protocol::kImagePartBytes, 0xFF);
+        protocol::put_bytes(blob.data(), protocol::kImagePart, 4);
+        protocol::put_bytes(blob.data() + 4, offset, 4);
+        std::copy(part.begin(), part.end(), blob.begin() + protocol::kImagePartHeader);
+        write(blob);
     }
 
     /// Receives all waiting messages.
@@ -116,6 +131,7 @@ private:
     sim::MemoryPort port_;
     std::uint32_t sequence_ = 0;
     std::uint16_t request_ = 0;
+    std::pair<protocol::CalibrationMessage, std::vector<std::uint8_t>> written_;
 };
 
 }  // namespace tricoil::test

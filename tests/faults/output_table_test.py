@@ -84,6 +84,7 @@ ROWS = {
     "device hemisphere": {STDOUT: TRACKER_BOARD},
     "device boresight": {STDOUT: TRACKER_BOARD},
     "device loader": {STDOUT: "{device}"},
+    "device update": {STDOUT: TRACKER_BOARD},
     "device capture": {STDOUT: "{device} --out samples.csv", "--out": "{device} --out {out}"},
     "doctor": {STDOUT: ""},
     "selfcheck": {STDOUT: ""},

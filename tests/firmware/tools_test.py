@@ -10,8 +10,9 @@ import unittest
 import zlib
 
 TOOLCHAIN = pathlib.Path(__file__).resolve().parents[2] / "toolchain"
-BOARD = slice(0x220, 0x230)  # where an image names its board (board/stm32g4/image_header.hpp)
-CRC = slice(0x230, 0x234)
+PROGRAM = 0x2000  # the CRC begins here
+BOARD = slice(0x2220, 0x2230)  # where an image names its board (board/stm32g4/image_header.hpp)
+CRC = slice(0x2230, 0x2234)
 IMAGE = pathlib.Path(sys.argv.pop(1))
 
 
@@ -19,7 +20,7 @@ def sealed(image):
     """The image with the CRC of its content."""
     image = bytearray(image)
     image[CRC] = bytes(4)
-    image[CRC] = zlib.crc32(image).to_bytes(4, "little")
+    image[CRC] = zlib.crc32(image[PROGRAM:]).to_bytes(4, "little")
     return bytes(image)
 
 
@@ -69,17 +70,17 @@ class Tools(unittest.TestCase):
         self.refused(run("image-info", self.file(bytes(10000))), 2, "no image header")
         self.refused(run("image-info", self.file(IMAGE.read_bytes()[:-1])), 2, "the file is damaged")
 
-        for at in (0x1000, IMAGE.stat().st_size - 1, 0x210, CRC.start):
+        for at in (0x3000, IMAGE.stat().st_size - 1, 0x2210, CRC.start):
             damaged = bytearray(IMAGE.read_bytes())
             damaged[at] ^= 4
             self.refused(run("image-info", self.file(damaged)), 2, "CRC", "the file is damaged")
         old = bytearray(IMAGE.read_bytes())
-        old[0x204] = 1
+        old[0x2204] = 1
         self.refused(run("image-info", self.file(sealed(old))), 2, "version 1")
         large = bytearray(IMAGE.read_bytes()) + bytes(512 * 1024)
-        large[0x20C:0x210] = (0x08000000 + len(large)).to_bytes(4, "little")
+        large[0x220C:0x2210] = (0x08000000 + len(large)).to_bytes(4, "little")
         self.refused(run("image-info", self.file(sealed(large))), 2, "but the chip holds 262144")
-        for at, address in ((0, 0x10010000), (0, 0x20080000), (4, 0x00400101)):
+        for at, address in ((PROGRAM, 0x10010000), (PROGRAM, 0x20080000), (PROGRAM + 4, 0x00400101)):
             other = bytearray(IMAGE.read_bytes())
             other[at:at + 4] = address.to_bytes(4, "little")
             self.refused(run("image-info", self.file(sealed(other))), 2, "for another chip")

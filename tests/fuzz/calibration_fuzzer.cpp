@@ -1,7 +1,9 @@
-// Random bytes as a calibration: TOML of coils, of a tip or of the wiring, or a blob with a corrected CRC, so that its numbers
-// are read. An accepted calibration can be written and read again.
+// Random bytes as a file for a device. A calibration: TOML of coils, of a tip or of the wiring, or a blob with a corrected CRC,
+// so that its numbers are read; an accepted one can be written and read again. Or the header of a firmware image.
 #include <cmath>
+#include <cstring>
 
+#include "board/linux/firmware_file.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/tool_tip.hpp"
 #include "board/support/wiring_file.hpp"
@@ -70,12 +72,33 @@ void as_blob(std::span<const std::uint8_t> bytes) {
     }
 }
 
+/// The header of an image whose other bytes are zero, with the right length and CRC.
+void as_firmware(std::span<const std::uint8_t> bytes) {
+    fuzz::accept_or_refuse([&] { (void)linux_board::parse_firmware("any", bytes); });
+    constexpr std::size_t kProgram = 0x2000;
+    constexpr std::size_t kHeader = 0x2200;
+    std::vector<std::uint8_t> image(kHeader + 64);
+    std::copy_n(bytes.begin(), std::min<std::size_t>(bytes.size(), 64), image.begin() + kHeader);
+    const std::uint32_t end = 0x08000000 + static_cast<std::uint32_t>(image.size());
+    std::memcpy(image.data() + kHeader + 12, &end, sizeof end);
+    std::memset(image.data() + kHeader + 48, 0, 4);
+    const std::uint32_t crc = crc32(std::span<const std::uint8_t>(image).subspan(kProgram));
+    std::memcpy(image.data() + kHeader + 48, &crc, sizeof crc);
+    fuzz::accept_or_refuse([&] {
+        if (linux_board::parse_firmware("any", image).crc != crc) {
+            std::abort();
+        }
+    });
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {  // NOLINT(readability-identifier-naming)
     if (size > 0 && data[0] == '#') {
         as_tip(fuzz::text_of(data, size));
         as_wiring(fuzz::text_of(data, size));
+    } else if (size > 0 && data[0] == '%') {
+        as_firmware({data + 1, size - 1});
     } else if (size > 0 && data[0] % 2 == 0) {
         as_toml(fuzz::text_of(data + 1, size - 1));
     } else if (size > 0) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "hal/board_monitor.hpp"
 #include "hal/heartbeat.hpp"
+#include "hal/image_bank.hpp"
 #include "hal/indicator.hpp"
 #include "hal/push_button.hpp"
 #include "hal/system_control.hpp"
@@ -56,6 +58,44 @@ private:
     hal::SystemFaults faults_;
     hal::SystemReport report_;
     int loader_restarts_ = 0;
+};
+
+/// Takes any image whose length is in the first two bytes; a first byte of zero: for another board.
+class SimulatedImageBank final : public hal::ImageBank {
+public:
+    std::vector<std::uint8_t> image;
+    bool on_trial = false;
+    bool is_worn_out = false;
+    int trials = 0;
+    int returns = 0;
+    int confirmations = 0;
+
+private:
+    Status do_write(std::uint32_t offset, std::span<const std::uint8_t> part) override {
+        if (offset == 0 && (part.size() < 2 || part[0] == 0)) {
+            return {StatusCode::invalid_argument, "not an image for this board"};
+        }
+        image.resize(offset == 0 ? 0 : image.size());
+        if (offset != image.size()) {
+            return {StatusCode::not_ready, "not the next part of the image"};
+        }
+        if (is_worn_out) {
+            return {StatusCode::device_lost, "the memory failed"};
+        }
+        image.insert(image.end(), part.begin(), part.end());
+        return {};
+    }
+    [[nodiscard]] std::uint32_t do_size() const override { return static_cast<std::uint32_t>(image.size()); }
+    [[nodiscard]] bool do_is_complete() const override {
+        return image.size() > 2 && image.size() == static_cast<std::size_t>(image[0] | image[1] << 8U);
+    }
+    void do_restart(bool tries) override { ++(tries ? trials : returns); }
+    [[nodiscard]] bool do_is_on_trial() const override { return on_trial; }
+    Status do_confirm() override {
+        ++confirmations;
+        on_trial = false;
+        return {};
+    }
 };
 
 class SimulatedIndicator final : public hal::Indicator {

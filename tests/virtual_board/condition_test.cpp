@@ -117,9 +117,9 @@ TEST(BoardCondition, FindsTheImageSound) {
 /// One bit of the header's end address, text or CRC, or of the last word, is wrong: the board communicates, but drives no coil.
 TEST(BoardCondition, ADamagedImageKeepsTheCoilsOff) {
     const std::vector<std::uint8_t> image = test::read_image(TRICOIL_BOARD_IMAGE ".bin");
-    constexpr std::size_t kEnd = 0x20F;  // its highest byte: an end outside the flash
-    constexpr std::size_t kCommit = 0x210;
-    constexpr std::size_t kCrc = 0x230;
+    constexpr std::size_t kEnd = 0x220F;  // its highest byte: an end outside the flash
+    constexpr std::size_t kCommit = 0x2210;
+    constexpr std::size_t kCrc = 0x2230;
     for (const std::size_t at : {kEnd, kCommit, kCrc, image.size() - 1}) {
         ReportingBoard board;
         board.board->machine.memory.flash[at] ^= 0x10;

@@ -100,6 +100,7 @@ std::vector<protocol::PoseMessage> poses_of(const std::vector<Burst>& bursts) {
     sim::SimulatedCoilDriver coils;
     RecordedGain gain(sampler);
     sim::SimulatedStorage storage(4, 2048);
+    sim::SimulatedImageBank image;
     sim::SimulatedWatchdog watchdog(clock);
     sim::SimulatedSystem system(clock);
     sim::SimulatedIndicator indicator;
@@ -110,7 +111,7 @@ std::vector<protocol::PoseMessage> poses_of(const std::vector<Burst>& bursts) {
     test::HostEnd host(device_end);
     const std::array<hal::MessagePort*, 1> ports{&device_end};
     app::TrackerDevice device(
-        {clock, coils, sampler, gain, heartbeat, storage, watchdog, system, indicator, button, monitor, ports},
+        {clock, coils, sampler, gain, heartbeat, storage, image, watchdog, system, indicator, button, monitor, ports},
         nucleo_g474re::device_params(1, 0));
     device.boot();
     device.step();  // opens its ports

@@ -2,10 +2,12 @@
 #include <gmock/gmock.h>
 
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "core/base/crc32.hpp"
 #include "core/calibration/blob.hpp"
 #include "tests/device/program_folder.hpp"
 #include "tests/support/csv_table.hpp"
@@ -138,6 +140,38 @@ TEST_F(DeviceInfo, LoaderAndCalibrationNeedTheButton) {
     EXPECT_EQ(tricoil("device write-calibration " + device_ + " " + in("cal.bin")), 0) << err;
     EXPECT_EQ(info()["permission_s"], 0);
     EXPECT_EQ(tricoil("device loader " + device_), 3) << "one press is for one command";
+}
+
+/// A sealed image whose program hangs: header and nothing else. The update of the whole image is in update_test.cpp.
+std::string image_that_hangs() {
+    constexpr std::size_t kProgram = 0x2000;
+    constexpr std::size_t kHeader = 0x2200;
+    std::string image = test::read_text(TRICOIL_BOARD_IMAGE ".bin").substr(0, kHeader + 200);
+    const auto put = [&](std::size_t at, std::uint32_t word) { std::memcpy(image.data() + at, &word, sizeof word); };
+    put(kProgram + 4, 0x08000000 + kHeader + 100 + 1);
+    put(kHeader + 100, 0xE7FEE7FE);
+    put(kHeader + 12, 0x08000000 + static_cast<std::uint32_t>(image.size()));
+    put(kHeader + 48, 0);
+    put(kHeader + 48, crc32(std::vector<std::uint8_t>(image.begin() + kProgram, image.end())));
+    return image;
+}
+
+TEST_F(DeviceInfo, AnImageThatDoesNotStartIsReported) {
+    std::string image = image_that_hangs();
+    std::ofstream(in("hangs.bin"), std::ios::binary) << image;
+    image.back() ^= 1;
+    std::ofstream(in("damaged.bin"), std::ios::binary) << image;
+    plug_in("--fault option_bytes:0xFFEFFCAA --fault button@6-6.2");
+    EXPECT_EQ(tricoil("device update " + device_ + " " + in("damaged.bin")), 2);
+    EXPECT_THAT(err, HasSubstr("damaged.bin: the image is damaged"));
+    EXPECT_EQ(tricoil("device update " + device_ + " " + in("hangs.bin")), 3);
+    EXPECT_THAT(err, HasSubstr("write image: refused without permission; press the button"));
+    const std::string crc = info()["image_crc"];
+    ASSERT_TRUE(eventually_info([](const json& now) { return now["permission_s"] > 0; }));
+    EXPECT_EQ(tricoil("device update " + device_ + " " + in("hangs.bin")), 3);
+    EXPECT_THAT(err, HasSubstr("the new image did not start, and the device runs its old one again"));
+    EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+    EXPECT_EQ(info()["image_crc"], crc);
 }
 
 TEST_F(DeviceInfo, ShowsNoProgramErrorAfterPowerOn) {

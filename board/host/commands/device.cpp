@@ -13,6 +13,7 @@
 #include "board/linux/device_inquiry.hpp"
 #include "board/linux/device_list.hpp"
 #include "board/linux/device_uri.hpp"
+#include "board/linux/firmware_file.hpp"
 #include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
@@ -30,6 +31,9 @@
 
 namespace tricoil::host {
 namespace {
+
+constexpr std::size_t kLongestImage = 256 * 1024 + 1;  // one byte more than a bank, to detect a file that is too long
+constexpr double kReturn_s = 5;                        // until a board is back on its link after a restart
 
 struct DeviceCommand {
     std::string uri;
@@ -321,6 +325,27 @@ int enter_loader(const DeviceCommand& command) {
     return to_int(ExitCode::fine);
 }
 
+/// Writes an image and waits until the board runs it; its first answer confirms the image.
+int update_firmware(const DeviceCommand& command) {
+    std::ifstream file(command.file, std::ios::binary);
+    std::vector<std::uint8_t> bytes(kLongestImage);
+    file.read(reinterpret_cast<char*>(bytes.data()), std::ssize(bytes));
+    bytes.resize(static_cast<std::size_t>(file.gcount()));
+    const linux_board::Firmware firmware = linux_board::parse_firmware(command.file, bytes);
+    linux_board::DeviceInquiry(command.uri, command.wait_s).write_image(firmware.program);
+    const ::timespec restart{1, 0};  // longer than a start, and than the watchdog's time
+    ::nanosleep(&restart, nullptr);
+    const auto condition = linux_board::DeviceInquiry(command.uri, command.wait_s + kReturn_s).read_condition();
+    if (!condition || condition->image_crc != firmware.crc) {
+        throw DeviceError(
+            fmt::format("{}: the new image did not start, and the device runs its old one again; see its last error "
+                        "with: tricoil device info {}",
+                        command.uri, command.uri));
+    }
+    print_text("{}: runs {} ({} bytes, CRC {:08x})\n", command.uri, command.file, bytes.size(), firmware.crc);
+    return to_int(ExitCode::fine);
+}
+
 /// Throws InputError if another device of the CAN bus answers to this node.
 void refuse_taken_node(const std::string& place, std::uint64_t own_serial) {
     std::uint64_t serial = own_serial;
@@ -443,6 +468,11 @@ void add_device_command(CLI::App* sub, Action& action) {
         ->add_flag("--clear", command->clear, "Clear the boresight");
     add_wait(add_device(add("loader", "Restart a device in its boot loader, to write new firmware; press its button first",
                             {"new firmware, with dfu-util", "tricoil device loader can:can0"}, &enter_loader)));
+    add_wait(add_device(add("update", "Write new firmware to a tracker board and restart it; press its button first",
+                            {"the image of a release", "tricoil device update can:can0 tricoil_board.bin"}, &update_firmware)))
+        ->add_option("file", command->file, "Image (.bin) of this kind of board")
+        ->required()
+        ->type_name(kFileType);
     CLI::App* const config =
         add("config", "Parameters that a tracker board keeps: node, bit rates, start, mode, name, hemisphere", {}, &configure);
     one_of(config->add_option("act", command->act, "set: until power-off; save: keep, after a press of the button"), kActs)

@@ -41,7 +41,7 @@ counted. Every message begins with the same fields:
 
 A host sends `command` hello with its range of versions. The device answers `identify`. Both use the newest common version. After
 `command` start and its `ack` the device sends columns or poses. If the host is silent for the watchdog time, it becomes idle, coils off. If the host drives the coils, it reports each change by `command` excite with a state
-sequence. A column echoes the state sequence of its measurement; a flag marks a column during which the coils changed.
+sequence.
 
 A command that is not executed is answered by `ack` with the reason. A device with several links sends its stream to each host
 that has sent start, until this host sends stop or is silent. Without such a host, or the parameter start, the coils are off.
@@ -55,9 +55,9 @@ that has sent start, until this host sends stop or is silent. Without such a hos
 | mode | bits 0-27: frame rate in mHz, 0: default; bit 28: FDM; bit 30: dual-band, without bit 28; bit 29: columns instead of poses. `ack` returns the frame rate |
 | hemisphere | x, y, z of its direction as signed bytes, index of the sensor in the highest byte; all zero: unknown; a tracker board forgets it when the measurement ends |
 | boresight | 1: the present attitude becomes zero; 0: removes this correction |
-| loader | 0x4C4F4144 |
+| loader | 0x4C4F4144; 0x494D4147 starts the image that was written |
 
-A tracker board executes loader, and stores a calibration or parameters, only after a press of its button: one of them within 60 s;
+A tracker board executes loader, and stores an image, calibration or parameters, only after a press of its button: one of them within 60 s;
 otherwise `ack` refused has the argument 1.
 """
 

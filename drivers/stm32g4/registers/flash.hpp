@@ -20,8 +20,9 @@ struct FlashRegisters {
 static_assert(offsetof(FlashRegisters, SR) == 0x10);
 static_assert(offsetof(FlashRegisters, OPTR) == 0x20);
 
-constexpr std::uintptr_t kFlashBase = 0x4002'2000;  // of the registers
-constexpr std::uintptr_t kFlashBank2 = 0x0804'0000;
+constexpr std::uintptr_t kFlashBase = 0x4002'2000;   // of the registers
+constexpr std::uintptr_t kFlash = 0x0800'0000;       // of the bank that runs
+constexpr std::size_t kFlashBankBytes = 256 * 1024;  // the other bank follows
 constexpr std::size_t kFlashPageBytes = 2048;
 
 namespace flash {
@@ -29,6 +30,7 @@ constexpr std::uint32_t ACR_LATENCY = 15U;
 constexpr std::uint32_t ACR_PRFTEN = 1U << 8U;
 constexpr std::uint32_t ACR_ICEN = 1U << 9U;
 constexpr std::uint32_t ACR_DCEN = 1U << 10U;
+constexpr std::uint32_t ACR_ICRST = 1U << 11U;
 constexpr std::uint32_t ACR_DCRST = 1U << 12U;
 
 constexpr std::uint32_t KEYR_KEY1 = 0x4567'0123;

@@ -149,10 +149,22 @@ void Cpu::add_traps() {
     traps_ = true;
     add_hook(UC_HOOK_CODE, reinterpret_cast<void*>(&Hooks::code));
     add_hook(UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE, reinterpret_cast<void*>(&Hooks::data));
-    // the blocks that were translated without the hooks
+    forget_blocks_of_flash();  // they were translated without the hooks
+}
+
+void Cpu::map_data_pages() {
+    for (const auto& [offset, bytes] : Memory::kDataPages) {
+        check_unicorn(uc_mem_unmap(uc_, Memory::kFlashBase + offset, bytes), "data pages");
+    }
+    Hooks::map<Memory::kFlashBase + Memory::kDataPages[0].offset, Memory::kDataPages[0].bytes>(uc_, this);
+    Hooks::map<Memory::kFlashBase + Memory::kDataPages[1].offset, Memory::kDataPages[1].bytes>(uc_, this);
+}
+
+void Cpu::forget_blocks_of_flash() {
     for (std::uint32_t half = 0; half < flash_facts_.size(); ++half) {
         if (flash_facts_[half].bytes != 0) {
             forget_block(Memory::kFlashBase + 2 * half);
+            flash_facts_[half] = {};
         }
     }
 }
@@ -247,8 +259,8 @@ const BlockFacts& Cpu::facts_at(std::uint32_t address, std::uint32_t bytes) {
 void Cpu::on_block(std::uint32_t address, std::uint32_t bytes) {
     block_ = address;
     events_.advance(events_.now());
-    if (stop_requested_ || events_.now() >= limit_ || (nvic_.may_take() && nvic_.to_take(masks()) != 0) || lacks_traps() ||
-        (Memory::is_ram(address) && !may_run_in_ram(address, bytes))) {
+    if (stop_requested_ || flash_has_changed_ || events_.now() >= limit_ || (nvic_.may_take() && nvic_.to_take(masks()) != 0) ||
+        lacks_traps() || (Memory::is_ram(address) && !may_run_in_ram(address, bytes))) {
         stopping_ = true;
         uc_emu_stop(uc_);  // takes effect before the block's first instruction
         return;
@@ -324,6 +336,9 @@ void Cpu::run() {
     stopping_ = false;
     if (lacks_traps()) {
         add_traps();
+    }
+    if (std::exchange(flash_has_changed_, false)) {
+        forget_blocks_of_flash();
     }
     if (overwritten_) {
         forget_block(*overwritten_);

@@ -46,6 +46,11 @@ public:
     /// on the chip. Without this call it ends the run.
     void take_next_fault() { takes_fault_ = true; }
 
+    /// The data pages of the bank that runs become a part of the bus. Call it before the first instruction.
+    void map_data_pages();
+    /// The flash has other code. May be called by an event.
+    void forget_flash() { flash_has_changed_ = true; }
+
     /// An event for WFE.
     void signal_event() { event_ = true; }
     /// Standby and shutdown: only a reset starts the processor again.
@@ -88,6 +93,7 @@ private:
     void add_hook(int type, void* callback);
     void add_traps();
     void forget_block(std::uint32_t address);
+    void forget_blocks_of_flash();
     [[nodiscard]] bool lacks_traps() const { return !traps_ && (control_.traps_division() || control_.traps_unaligned()); }
     void check_division(std::uint32_t address, std::uint32_t bytes);
     bool open_ram();
@@ -143,6 +149,7 @@ private:
     std::uint32_t block_ = 0;              // address of the running block
     std::vector<BlockFacts> flash_facts_;  // by half-word
     BlockFacts other_facts_;
+    bool flash_has_changed_ = false;
     bool traps_ = false;                                                     // hooks of the traps of CCR
     std::unordered_map<std::uint32_t, std::vector<std::uint8_t>> ram_code_;  // translated, by address
     std::optional<std::uint32_t> overwritten_;                               // such code that has changed

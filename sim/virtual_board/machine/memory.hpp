@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -9,12 +10,18 @@
 
 namespace tricoil::virtual_board {
 
-/// Memory of an STM32G474RE: flash bank 1, which holds the code, aliased at 0; 128 KiB of RAM, the last 32 KiB (CCM SRAM) aliased
-/// at 0x10000000; the system memory with the ROM bootloader and the device signature. Bank 2 is a peripheral, because it can have
-/// errors.
+/// Memory of an STM32G474RE: the flash bank that runs, aliased at 0; 128 KiB of RAM, the last 32 KiB (CCM SRAM) aliased
+/// at 0x10000000; the system memory with the ROM bootloader and the device signature. The other bank is a peripheral, because it
+/// can have errors; so are the data pages of the bank that runs, which hold no code.
 struct Memory {
     static constexpr std::uint32_t kFlashBase = 0x08000000;
     static constexpr std::uint32_t kBankBytes = 256 * 1024;
+    struct Part {
+        std::uint32_t offset;
+        std::uint32_t bytes;
+    };
+    /// Data pages of a tracker board (board/stm32g4/flash_layout.hpp): the log of the banks, and the settings.
+    static constexpr std::array<Part, 2> kDataPages{{{0x1000, 0x1000}, {0x3E000, 0x2000}}};
     static constexpr std::uint32_t kRamBase = 0x20000000;
     static constexpr std::uint32_t kRamBytes = 128 * 1024;
     static constexpr std::uint32_t kRamBitsBase = 0x22000000;  // bit-band

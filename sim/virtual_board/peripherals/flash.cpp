@@ -60,7 +60,8 @@ Flash::Flash(Machine& machine)
            {0x70, 0xFFFEFF00, "SEC1R", 0, "SEC_SIZE1@0-7 BOOT_LOCK@16"},
            {0x74, 0xFFFFFF00, "SEC2R", 0, "SEC_SIZE2@0-7"}}),
       machine_(machine),
-      bank_(*this),
+      other_bank_(*this, false),
+      data_pages_{Bank{*this, true, Memory::kDataPages[0].offset}, Bank{*this, true, Memory::kDataPages[1].offset}},
       finish_(machine.events, [this] { finish(); }),
       interrupt_(machine.events, [this] { std::exchange(on_interrupted_, {})(); }),
       content_(Memory::kBankBytes, 0xFF) {}
@@ -81,6 +82,17 @@ void Flash::set_options(std::uint32_t options) {
     machine_.memory.set_options(options);
 }
 
+void Flash::exchange_banks(bool exchanged) {
+    if (exchanged == exchanged_) {
+        return;
+    }
+    lose_power();  // by a reset during an operation
+    exchanged_ = exchanged;
+    std::ranges::swap_ranges(machine_.memory.flash, content_);
+    std::swap(damaged_[0], damaged_[1]);
+    machine_.cpu.forget_flash();
+}
+
 void Flash::check_banks() const {
     fail_if(!is_set(options_, flash::kDualBank),
             "bank 2 is accessed, but option DBANK makes the flash one bank, which is not in this model");
@@ -98,7 +110,7 @@ void Flash::error(unsigned bit) {
 
 void Flash::begin(Operation operation, double duration_s) {
     fail_if(is_set(registers_[kAcr], flash::kDataCache),
-            "bank 2 is erased or programmed with the data cache on, which may corrupt it: clear ACR.DCEN (ES0430 2.2.2)");
+            "the flash is erased or programmed with the data cache on, which may corrupt it: clear ACR.DCEN (ES0430 2.2.2)");
     operation_ = operation;
     registers_.at(flash::kSr) |= 1U << flash::kBusy;
     finish_.in(ticks(duration_s));
@@ -113,10 +125,11 @@ void Flash::begin(Operation operation, double duration_s) {
 void Flash::finish() {
     const Operation done = *std::exchange(operation_, std::nullopt);
     if (done.words) {
-        std::memcpy(content_.data() + done.offset, done.words->data(), sizeof *done.words);
+        std::memcpy(content_of(done.runs).data() + done.offset, done.words->data(), sizeof *done.words);
     } else {
-        std::fill_n(content_.begin() + done.offset, done.erased, 0xFF);
-        damaged_.erase(damaged_.lower_bound(done.offset), damaged_.lower_bound(done.offset + done.erased));
+        auto& damaged = damaged_of(done.runs);
+        std::fill_n(content_of(done.runs).begin() + done.offset, done.erased, 0xFF);
+        damaged.erase(damaged.lower_bound(done.offset), damaged.lower_bound(done.offset + done.erased));
     }
     registers_.at(flash::kSr) &= ~(1U << flash::kBusy);
     registers_.at(flash::kSr) |= flag(is_set(registers_[flash::kCr], flash::kEndInterrupt), flash::kEndOfOperation);
@@ -137,22 +150,25 @@ void Flash::lose_power() {
     const Operation cut = *std::exchange(operation_, std::nullopt);
     finish_.cancel();
     interrupt_.cancel();
+    auto& damaged = damaged_of(cut.runs);
     if (cut.words) {
-        damaged_.insert(cut.offset);
+        damaged.insert(cut.offset);
         return;
     }
     for (std::uint32_t at = cut.offset; at < cut.offset + cut.erased; at += 16) {  // one double-word erased, the next one damaged
-        std::fill_n(content_.begin() + at, 8, 0xFF);
-        damaged_.insert(at + 8);
+        std::fill_n(content_of(cut.runs).begin() + at, 8, 0xFF);
+        damaged.insert(at + 8);
     }
 }
 
-std::uint32_t Flash::read_bank(std::uint32_t offset) {
-    check_banks();
-    fail_if(operation_.has_value(), "bank 2 is read while it is erased or programmed");
+std::uint32_t Flash::read_bank(bool runs, std::uint32_t offset) {
+    if (!runs) {
+        check_banks();
+    }
+    fail_if(operation_ && operation_->runs == runs, "a bank is read while it is erased or programmed");
     std::uint32_t word = 0;
-    std::memcpy(&word, content_.data() + offset, sizeof word);
-    if (damaged_.contains(offset & ~7U)) {
+    std::memcpy(&word, content_of(runs).data() + offset, sizeof word);
+    if (damaged_of(runs).contains(offset & ~7U)) {
         report_damage(offset & ~7U);
         machine_.nvic.pend(kNmi);
         word ^= 0x5A5A5A5AU;
@@ -170,26 +186,30 @@ void Flash::report_damage(std::uint32_t double_word) {
         (registers_[flash::kEccr] & (1U << flash::kCorrectionInterrupt)) | 1U << flash::kDoubleError | (~double_word & 0x3FFF8U);
 }
 
-void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
-    check_banks();
+void Flash::write_bank(bool runs, std::uint32_t offset, std::uint32_t value) {
+    if (!runs) {
+        check_banks();
+    }
+    const std::uint32_t place = offset + (runs ? 0 : Memory::kBankBytes);
     fail_if(is_locked() || !is_set(registers_[flash::kCr], flash::kProgram), "store to flash without unlocking and PG");
-    fail_if(operation_.has_value(), "bank 2 is written while it is erased or programmed");
+    fail_if(operation_.has_value(), "the flash is written while it is erased or programmed");
     if (!first_word_) {
         if ((offset & 7U) != 0) {
             error(flash::kAlignmentError);
             return;
         }
-        first_word_ = {offset, value};
+        first_word_ = {place, value};
         return;
     }
-    const auto [first_offset, first_value] = *std::exchange(first_word_, std::nullopt);
-    if (offset != first_offset + 4) {
+    const auto [first_place, first_value] = *std::exchange(first_word_, std::nullopt);
+    if (place != first_place + 4) {
         error(flash::kAlignmentError);
         return;
     }
-    const auto old = std::span(content_).subspan(first_offset, 8);
+    const std::uint32_t first_offset = offset - 4;
+    const auto old = std::span(content_of(runs)).subspan(first_offset, 8);
     const bool erased = std::all_of(old.begin(), old.end(), [](std::uint8_t byte) { return byte == 0xFF; });
-    if (damaged_.contains(first_offset) || (!erased && (first_value | value) != 0)) {
+    if (damaged_of(runs).contains(first_offset) || (!erased && (first_value | value) != 0)) {
         error(flash::kProgramError);
         return;
     }
@@ -197,7 +217,7 @@ void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
         error(flash::kSequenceError);
         return;
     }
-    begin({first_offset, {{first_value, value}}}, kProgramS);
+    begin({runs, first_offset, {{first_value, value}}}, kProgramS);
 }
 
 void Flash::unlock(std::uint32_t key) {
@@ -224,11 +244,16 @@ void Flash::control(std::uint32_t value) {
         return;
     }
     if (is_set(value, flash::kEraseBank2)) {
-        begin({0, std::nullopt, Memory::kBankBytes}, kEraseS);
+        fail_if(exchanged_, "erase of bank 2, which holds the running code");
+        begin({false, 0, std::nullopt, Memory::kBankBytes}, kEraseS);
         return;
     }
-    fail_if(!is_set(value, flash::kBank2), "erase of a page of bank 1, which holds the running code");
-    begin({field(value, 3, 7) * kPageBytes, std::nullopt}, kEraseS);
+    const std::uint32_t page = field(value, 3, 7) * kPageBytes;
+    const bool runs = is_set(value, flash::kBank2) == exchanged_;  // BKER names the bank itself (ST's HAL for the STM32G4)
+    const bool has_data =
+        std::ranges::any_of(Memory::kDataPages, [&](const auto& part) { return page - part.offset < part.bytes; });
+    fail_if(runs && !has_data, "erase of a page of the bank that runs, which may hold the running code");
+    begin({runs, page, std::nullopt}, kEraseS);
 }
 
 void Flash::apply(std::uint32_t offset, std::uint32_t value) {

@@ -1,4 +1,4 @@
-// Flash memory (RM0440 section 5): bank 2, in double-words that are erased, programmed, or damaged by a power failure.
+// Flash memory (RM0440 section 5): double-words that are erased, programmed, or damaged by a power failure, in two banks.
 #pragma once
 
 #include <array>
@@ -12,9 +12,10 @@
 
 namespace tricoil::virtual_board {
 
-/// Registers at 0x40022000 and bank 2 at 0x08040000. The content survives resets and power failures. A double-word is damaged if
-/// its programming or erasing was interrupted: reading it raises the NMI until its page is erased. As on the chip, ECCR is
-/// unreliable then (ES0430 2.2.3), and erasing or programming with the data cache on is refused (ES0430 2.2.2).
+/// Registers at 0x40022000, the bank at 0x08040000, and the data pages of the bank at 0x08000000, whose content is that of
+/// Memory. SYSCFG exchanges the banks. The content survives resets and power failures. A double-word is damaged if its
+/// programming or erasing was interrupted: reading it raises the NMI until its page is erased. As on the chip, ECCR is unreliable
+/// then (ES0430 2.2.3), and erasing or programming with the data cache on is refused (ES0430 2.2.2).
 class Flash final : public RegisterPeripheral {
 public:
     static constexpr std::uint32_t kPageBytes = 2048;
@@ -23,8 +24,12 @@ public:
 
     explicit Flash(Machine& machine);
 
-    /// Bank 2, for the bus.
-    Peripheral& bank() { return bank_; }
+    /// The bank that does not run, and the data pages of the one that runs, for the bus.
+    Peripheral& other_bank() { return other_bank_; }
+    Peripheral& data_page(std::size_t n) { return data_pages_.at(n); }
+    /// Which bank is at the start of the flash: bank 1, or bank 2 if `exchanged`.
+    void exchange_banks(bool exchanged);
+    [[nodiscard]] bool is_exchanged() const { return exchanged_; }
     [[nodiscard]] std::uint32_t wait_states() const { return field(registers_[kAcr], 0, 4); }
 
     /// Calls `act` in the middle of the n-th erase or program operation from now on; 0 is the next one.
@@ -35,8 +40,8 @@ public:
     /// Option bytes (FLASH_OPTR), as if they were loaded now. They survive resets and power failures.
     void set_options(std::uint32_t options);
 
-    [[nodiscard]] std::vector<std::uint8_t>& content() { return content_; }
-    [[nodiscard]] std::set<std::uint32_t>& damaged() { return damaged_; }
+    /// Content of a bank: bank 1 or 2.
+    [[nodiscard]] std::vector<std::uint8_t>& content(int bank = 2) { return content_of((bank == 2) == exchanged_); }
     [[nodiscard]] std::uint64_t operations() const { return operations_; }
 
     /// Called when an erase or program operation starts.
@@ -48,26 +53,31 @@ private:
     void apply(std::uint32_t offset, std::uint32_t value) override;
     class Bank final : public Peripheral {
     public:
-        explicit Bank(Flash& flash) : flash_(flash) {}
-        std::uint32_t read(std::uint32_t offset) override { return flash_.read_bank(offset); }
-        void write(std::uint32_t offset, std::uint32_t value) override { flash_.write_bank(offset, value); }
+        Bank(Flash& flash, bool runs, std::uint32_t first = 0) : flash_(flash), runs_(runs), first_(first) {}
+        std::uint32_t read(std::uint32_t offset) override { return flash_.read_bank(runs_, first_ + offset); }
+        void write(std::uint32_t offset, std::uint32_t value) override { flash_.write_bank(runs_, first_ + offset, value); }
         void reset() override {}
 
     private:
         Flash& flash_;
+        bool runs_;
+        std::uint32_t first_;  // offset in the bank
     };
     /// Operation in progress: an erase or the programming of a double-word.
     struct Operation {
+        bool runs = false;  // in the bank at the start of the flash
         std::uint32_t offset = 0;
         std::optional<std::array<std::uint32_t, 2>> words;  // empty: erase
         std::uint32_t erased = kPageBytes;                  // bytes
     };
 
     static constexpr std::uint32_t kAcr = 0x00;
-    std::uint32_t read_bank(std::uint32_t offset);
+    std::uint32_t read_bank(bool runs, std::uint32_t offset);
     void check_banks() const;
     void report_damage(std::uint32_t double_word);
-    void write_bank(std::uint32_t offset, std::uint32_t value);
+    void write_bank(bool runs, std::uint32_t offset, std::uint32_t value);
+    [[nodiscard]] std::vector<std::uint8_t>& content_of(bool runs) { return runs ? machine_.memory.flash : content_; }
+    [[nodiscard]] std::set<std::uint32_t>& damaged_of(bool runs) { return damaged_[runs ? 1 : 0]; }
     void control(std::uint32_t value);
     void unlock(std::uint32_t key);
     void begin(Operation operation, double duration_s);
@@ -77,13 +87,15 @@ private:
     [[nodiscard]] bool is_locked() const;
 
     Machine& machine_;
-    Bank bank_;
+    Bank other_bank_;
+    std::array<Bank, 2> data_pages_;
     Event finish_;
     Event interrupt_;
-    std::vector<std::uint8_t> content_;
-    std::set<std::uint32_t> damaged_;  // offsets of double-words
+    std::vector<std::uint8_t> content_;               // of the bank that does not run
+    std::array<std::set<std::uint32_t>, 2> damaged_;  // offsets of double-words: in that bank, in the one that runs
+    bool exchanged_ = false;
     std::optional<Operation> operation_;
-    std::optional<std::array<std::uint32_t, 2>> first_word_;  // offset, value
+    std::optional<std::array<std::uint32_t, 2>> first_word_;  // address after 0x08000000, value
     int keys_ = 0;
     std::uint32_t options_ = Memory::kUserOptions;
     std::uint64_t operations_ = 0;

@@ -1,6 +1,8 @@
 // Peripherals whose registers only store the written values.
 #pragma once
 
+#include <functional>
+
 #include "sim/virtual_board/machine/register_file.hpp"
 
 namespace tricoil::virtual_board {
@@ -12,7 +14,20 @@ public:
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override {
         write(offset & ~3U, with_part(registers_.at(offset & ~3U), offset, value, bytes));
     }
+    void reset() override {
+        RegisterPeripheral::reset();
+        on_change();
+    }
     [[nodiscard]] std::uint32_t operator[](std::uint32_t offset) const { return registers_[offset]; }
+
+    /// Called after each write and reset.
+    std::function<void()> on_change = [] {};
+
+private:
+    void apply(std::uint32_t offset, std::uint32_t value) override {
+        RegisterPeripheral::apply(offset, value);
+        on_change();
+    }
 };
 
 /// Clock recovery system (RM0440 section 8): trims the 48 MHz oscillator by the host's start-of-frame packets; here the
@@ -24,9 +39,10 @@ inline StoredRegisters clock_recovery() {
                             {0x0C, 0, "ICR", kAllBits}});
 }
 
-/// System configuration (RM0440 section 10). EXTICR selects the ports of the interrupt lines.
+/// System configuration (RM0440 section 10). EXTICR selects the ports of the interrupt lines, FB_MODE the bank at the start of
+/// the flash.
 inline StoredRegisters system_configuration() {
-    return StoredRegisters({{0x00, 0, "MEMRMP", 0, "MEM_MODE@0-2 FB_MODE@8"},
+    return StoredRegisters({{0x00, 0, "MEMRMP", 0x100, "MEM_MODE@0-2"},
                             {0x04, 0x7C000001, "CFGR1", kAllBits},
                             {0x08, 0, "EXTICR1", 0x7777},
                             {0x0C, 0, "EXTICR2", 0x7777},
