@@ -20,6 +20,9 @@ RecordedTruth::RecordedTruth(const Recording& recording, std::function<void(cons
 
 std::optional<solver::RigidPose<double>> RecordedTruth::at(std::uint8_t sensor, DeviceTime time) {
     read_until(time);
+    if (!cut_.empty() && time > *newest_) {
+        end(std::exchange(cut_, {}));
+    }
     auto& next = next_.at(sensor);
     while (!next.empty() && next.front().time < time) {
         next.pop_front();
@@ -52,7 +55,7 @@ std::optional<TrueSensor> RecordedTruth::read() {
             }
         }
         if (newest_ && !recording_.complete()) {
-            end(fmt::format("{}: the recording was cut at {:.3f} s", lines_->where(), to_seconds(newest_->since_start())));
+            cut_ = fmt::format("{}: the recording was cut at {:.3f} s", lines_->where(), to_seconds(newest_->since_start()));
         }
     } catch (const InputError& error) {
         end(error.what());

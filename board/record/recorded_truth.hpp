@@ -34,6 +34,7 @@ private:
     std::function<void(const std::string&)> say_;
     std::optional<RecordLines> lines_;  // empty: no more true poses
     std::optional<DeviceTime> newest_;  // of those that were read
+    std::string cut_;                   // where the file ended early, until a pose after it
     std::array<std::deque<TrueSensor>, tracking::kMaxSensors> next_;
 };
 
