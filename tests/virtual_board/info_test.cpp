@@ -35,7 +35,7 @@ protected:
         return json::parse(out);
     }
     bool eventually_info(const std::function<bool(const json&)>& is_so) {
-        for (int n = 0; n < 50; ++n) {  // no answer while the board restarts
+        for (int n = 0; n < 200; ++n) {  // no answer while the board restarts
             if (tricoil("device info --json " + device_) == 0 && is_so(json::parse(out))) {
                 return true;
             }
