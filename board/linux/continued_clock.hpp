@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <optional>
 
-#include "core/base/time.hpp"
+#include "core/tracking/front/time_base.hpp"
 
 namespace tricoil::linux_board {
 
@@ -47,10 +47,10 @@ public:
     }
 
 private:
-    static constexpr std::int64_t kBack_us = 100'000;                  // more than between the sensors of a device
-    static constexpr std::int64_t kAhead_us = 1'000'000;               // longest delay of a message, as ClockMap
-    static constexpr int kJumped = 8;                                  // as TimeBase: 11 ms of TDM at 240 Hz
-    static constexpr std::int64_t kLatest_us = std::int64_t{1} << 60;  // as TimeBase
+    static constexpr std::int64_t kBack_us = 100'000;     // more than between the sensors of a device
+    static constexpr std::int64_t kAhead_us = 1'000'000;  // longest delay of a message, as ClockMap
+    static constexpr int kJumped = 8;                     // 11 ms of TDM at 240 Hz
+    static constexpr std::int64_t kLatest_us = to_us(tracking::TimeBase::kLatest);
 
     bool is_first_ = true;
     int implausible_ = 0;

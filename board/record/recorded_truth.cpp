@@ -11,6 +11,9 @@ namespace tricoil::host {
 
 RecordedTruth::RecordedTruth(const Recording& recording, std::function<void(const std::string&)> say)
     : recording_(recording), say_(std::move(say)) {
+    const nlohmann::json::json_pointer frame("/source/truth_frame");
+    const auto& known = recording.description();
+    is_in_source_frame_ = known.contains(frame) && known.at(frame) == "source";
     try {
         lines_.emplace(recording.folder(), RecordFile::events);
     } catch (const InputError& error) {
@@ -46,11 +49,8 @@ std::optional<TrueSensor> RecordedTruth::read() {
     try {
         for (std::string line; lines_->next(line);) {
             const auto truth = parse_truth(line, lines_->where());
-            const nlohmann::json::json_pointer frame("/source/truth_frame");
-            const auto& known = recording_.description();
-            refuse_if(truth && !(known.contains(frame) && known.at(frame) == "source"),
-                      "{}: true poses of another frame than the source's", lines_->where());
             if (truth) {
+                refuse_if(!is_in_source_frame_, "{}: true poses of another frame than the source's", lines_->where());
                 return truth;
             }
         }

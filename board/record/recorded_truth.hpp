@@ -32,6 +32,7 @@ private:
 
     const Recording& recording_;
     std::function<void(const std::string&)> say_;
+    bool is_in_source_frame_ = false;
     std::optional<RecordLines> lines_;  // empty: no more true poses
     std::optional<DeviceTime> newest_;  // of those that were read
     std::string cut_;                   // where the file ended early, until a pose after it

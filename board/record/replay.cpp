@@ -1,5 +1,6 @@
 #include "board/record/replay.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "board/pose_text/pose_stages.hpp"
@@ -14,7 +15,7 @@ namespace {
 
 using Pose = tracking::PoseEstimate<double>;
 
-/// Line of a pose without its sequence number (second field). Older recordings count from zero after each start.
+/// Line of a pose without its sequence number (second field).
 std::string without_sequence(const std::string& line) {
     const std::size_t begin = line.find(',');
     const std::size_t end = line.find(',', begin + 1);
@@ -26,7 +27,7 @@ std::string without_sequence(const std::string& line) {
 class Comparison {
 public:
     Comparison(const std::string& folder, bool one_by_one, ReplayReport& report)
-        : recorded_(folder, RecordFile::poses), one_by_one_(one_by_one), report_(report) {
+        : recorded_(folder, RecordFile::poses), one_by_one_(one_by_one), counts_on_(one_by_one), report_(report) {
         advance();
     }
 
@@ -41,7 +42,7 @@ public:
             return;
         }
         ++report_.compared;
-        if (without_sequence(line_) == without_sequence(line)) {
+        if (counts_on_ ? line_ == line : without_sequence(line_) == without_sequence(line)) {
             ++report_.equal;
         } else if (report_.first_difference.empty()) {
             report_.first_difference = recorded_.where();
@@ -71,11 +72,16 @@ private:
         if (recorded_.next(line_)) {
             at_ = parse_pose(line_, recorded_.where());
             recorded_until_ = at_->time;
+            auto& next = next_sequence_.at(at_->sensor);
+            counts_on_ = counts_on_ && at_->sequence >= next;
+            next = at_->sequence + 1;
         }
     }
 
     RecordLines recorded_;
     bool one_by_one_;
+    bool counts_on_;  // until the recording, an older one, counts from zero again after a start of its trackers
+    std::array<std::uint32_t, tracking::kMaxSensors> next_sequence_{};
     ReplayReport& report_;
     std::string line_;
     std::optional<Pose> at_;  // next recorded pose; none at the end

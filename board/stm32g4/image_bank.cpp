@@ -18,20 +18,21 @@ constexpr std::uintptr_t kOtherBank = kFlash + kFlashBankBytes;
 constexpr std::size_t kHeaderAt = kImageHeaderOffset - kProgramOffset;
 constexpr std::size_t kWordBytes = hal::Storage::kWordBytes;
 
-FlashStorage::Pages pages(std::uintptr_t bank, std::uint8_t first, std::uint8_t count, bool in_bank_2) {
-    return {&peripheral<volatile std::uint64_t>(bank + first * kFlashPageBytes), first, count, in_bank_2};
-}
-
 std::uint64_t entry(bool bank_2) { return kBankEntry[bank_2 ? 1 : 0] | std::uint64_t{~kBankEntry[bank_2 ? 1 : 0]} << 32U; }
 
 }  // namespace
 
 bool runs_bank_2() { return (peripheral<SyscfgRegisters>(kSyscfgBase).MEMRMP & syscfg::MEMRMP_FB_MODE) != 0; }
 
+FlashStorage::Pages pages_of(bool bank_2, std::uint8_t first, std::uint8_t count) {
+    const std::uintptr_t bank = bank_2 == runs_bank_2() ? kFlash : kOtherBank;
+    return {&peripheral<volatile std::uint64_t>(bank + first * kFlashPageBytes), first, count, bank_2};
+}
+
 FlashImageBank::FlashImageBank(FlashRegisters& registers, Processor& processor)
     : processor_(processor),
-      image_(registers, pages(kOtherBank, kFirstProgramPage, kFirstStoragePage - kFirstProgramPage, !runs_bank_2())),
-      log_(registers, pages(runs_bank_2() ? kOtherBank : kFlash, kLogPage, 1, false)) {}
+      image_(registers, pages_of(!runs_bank_2(), kFirstProgramPage, kFirstStoragePage - kFirstProgramPage)),
+      log_(registers, pages_of(false, kLogPage, 1)) {}
 
 void FlashImageBank::begin() {
     bool confirmed_bank_2 = false;

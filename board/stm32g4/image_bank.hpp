@@ -11,6 +11,9 @@ namespace tricoil::stm32g4_board {
 /// True if bank 2 runs: it is at the start of the flash. The clock of SYSCFG, which the selector has switched on, must be on.
 [[nodiscard]] bool runs_bank_2();
 
+/// Pages of a bank, wherever it is. first: number within the bank.
+[[nodiscard]] stm32g4::FlashStorage::Pages pages_of(bool bank_2, std::uint8_t first, std::uint8_t count);
+
 /// An image without its first double-word is no program for the selector. This double-word is written last.
 class FlashImageBank final : public hal::ImageBank {
 public:

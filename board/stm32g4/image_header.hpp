@@ -22,8 +22,7 @@ struct ImageHeader {
     const std::byte* image_end = nullptr;  // address after the last byte
     std::array<char, 16> commit{};         // zero-terminated; ends in + if files differ from the commit
     std::array<char, 16> board{};
-    std::uint32_t crc =
-        0;  // from the vectors on, with zero in this place, CRC-32 of IEEE 802.3; filled in by toolchain/image-seal
+    std::uint32_t crc = 0;  // CRC-32 of IEEE 802.3 from the vectors on, with zero here; filled in by toolchain/image-seal
     stm32g4::BootRecord* boot_record = nullptr;  // where the selector of the bank reads requests
 };
 static_assert(offsetof(ImageHeader, commit) != 16 || offsetof(ImageHeader, crc) == 48);  // where pointers have 4 bytes

@@ -33,12 +33,6 @@ static_assert(tables_fit());
 
 void sleep() { asm volatile("dsb\n wfi\n" ::: "memory"); }
 
-/// The settings are in bank 2, wherever it is.
-FlashStorage::Pages storage_pages() {
-    const std::uintptr_t bank_2 = runs_bank_2() ? kFlash : kFlash + kFlashBankBytes;
-    return {&peripheral<volatile std::uint64_t>(bank_2 + kFirstStoragePage * kFlashPageBytes), kFirstStoragePage, kStoragePages};
-}
-
 GpioRegisters& port(char name) {
     return peripheral<GpioRegisters>(kGpioABase + static_cast<std::uintptr_t>(name - 'A') * kGpioPortBytes);
 }
@@ -140,7 +134,7 @@ TrackerBoard::TrackerBoard(CoreClock core_clock)
       processor(peripheral<RccRegisters>(kRccBase), peripheral<ScbRegisters>(kScbBase), boot_record,
                 {&board::stack_was_full, &sleep, &board::halt}),
       watchdog(peripheral<IwdgRegisters>(kIwdgBase)),
-      storage(peripheral<FlashRegisters>(kFlashBase), storage_pages()),
+      storage(peripheral<FlashRegisters>(kFlashBase), pages_of(true, kFirstStoragePage, kStoragePages)),
       image(peripheral<FlashRegisters>(kFlashBase), processor),
       heartbeat(pin(kHeartbeat)),
       status_led(pin(kStatusLed)),

@@ -3,8 +3,8 @@
 
 #include <regex>
 
-#include "board/support/level_meter.hpp"
 #include "board/linux/fault_reporter.hpp"
+#include "board/support/level_meter.hpp"
 #include "board/virtual_board/board_fault_text.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/virtual_board/rests.hpp"

@@ -32,8 +32,8 @@
 namespace tricoil::host {
 namespace {
 
-constexpr std::size_t kLongestImage = 256 * 1024 + 1;  // one byte more than a bank, to detect a file that is too long
-constexpr double kReturn_s = 5;                        // until a board is back on its link after a restart
+constexpr std::size_t kLongestImage = 256 * 1024;  // a bank
+constexpr double kReturn_s = 5;                    // until a board is back on its link after a restart
 
 struct DeviceCommand {
     std::string uri;
@@ -229,11 +229,17 @@ int fetch_calibration(const DeviceCommand& command) {
     return to_int(ExitCode::fine);
 }
 
+/// At most one byte more than `most`, which shows that the file is too long. Empty if it cannot be read.
+std::vector<std::uint8_t> read_bytes(const std::string& path, std::size_t most) {
+    std::ifstream file(path, std::ios::binary);
+    std::vector<std::uint8_t> bytes(most + 1);
+    file.read(reinterpret_cast<char*>(bytes.data()), std::ssize(bytes));
+    bytes.resize(static_cast<std::size_t>(file.gcount()));
+    return bytes;
+}
+
 int send_calibration(const DeviceCommand& command) {
-    std::ifstream file(command.file, std::ios::binary);
-    std::vector<std::uint8_t> blob(calibration::kMaxBlobBytes + 1);  // one byte more, to detect a file that is too long
-    file.read(reinterpret_cast<char*>(blob.data()), std::ssize(blob));
-    blob.resize(static_cast<std::size_t>(file.gcount()));
+    const auto blob = read_bytes(command.file, calibration::kMaxBlobBytes);
     refuse_if(blob.empty(), "{}: cannot be read; give a file written by tricoil calibrate with --blob", command.file);
     if (const auto calibration = calibration::decode(blob); !calibration.ok()) {
         throw InputError(fmt::format("{}: {}; give a file written by tricoil calibrate with --blob", command.file,
@@ -327,10 +333,7 @@ int enter_loader(const DeviceCommand& command) {
 
 /// Writes an image and waits until the board runs it; its first answer confirms the image.
 int update_firmware(const DeviceCommand& command) {
-    std::ifstream file(command.file, std::ios::binary);
-    std::vector<std::uint8_t> bytes(kLongestImage);
-    file.read(reinterpret_cast<char*>(bytes.data()), std::ssize(bytes));
-    bytes.resize(static_cast<std::size_t>(file.gcount()));
+    const auto bytes = read_bytes(command.file, kLongestImage);
     const linux_board::Firmware firmware = linux_board::parse_firmware(command.file, bytes);
     linux_board::DeviceInquiry(command.uri, command.wait_s).write_image(firmware.program);
     const ::timespec restart{1, 0};  // longer than a start, and than the watchdog's time
