@@ -25,9 +25,9 @@ function serve(program, options) {
 }
 
 async function openSetup(browser, url, options = {}) {
-  const own = await browser.newContext({viewport: {width: 1400, height: 900}, ...options});
+  const own = await browser.newContext({viewport: {width: 1000, height: 700}, ...options});
   const page = await own.newPage();
-  page.setDefaultTimeout(60000);
+  page.setDefaultTimeout(120000);  // rendered in software: on a busy machine each step may take long
   const errors = [];
   page.on('pageerror', error => errors.push(String(error)));
   await page.goto(url);
