@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/error_model/path_correction.hpp"
+#include "core/error_model/path_correction.hpp"
 #include "tests/error_model/tdm_experiment.hpp"
 
 namespace tricoil::paper {

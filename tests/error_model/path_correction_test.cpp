@@ -1,5 +1,5 @@
 // Removal of the motion error from recorded poses.
-#include "tests/error_model/path_correction.hpp"
+#include "core/error_model/path_correction.hpp"
 
 #include <gtest/gtest.h>
 

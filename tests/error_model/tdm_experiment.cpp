@@ -6,7 +6,7 @@
 #include <deque>
 #include <stdexcept>
 
-#include "tests/error_model/path_correction.hpp"
+#include "core/error_model/path_correction.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/solver/direct.hpp"
