@@ -199,7 +199,10 @@ function showFollowing() { element('follow').setAttribute('aria-pressed', String
 
 function toggleFollow() {
   if (!page.scene) return;
-  page.scene.view.following = !page.scene.view.following;
+  if (page.scene.view.following)
+    page.scene.view.stay();
+  else
+    page.scene.view.following = true;
   isFitted &&= !page.scene.view.following;
   showFollowing();
   follow();
