@@ -31,7 +31,7 @@ constexpr bool tables_fit() {
 }
 static_assert(tables_fit());
 
-void sleep() { asm volatile("dsb\n wfi\n" ::: "memory"); }
+void sleep() { asm volatile("dsb\n wfi\n isb\n" ::: "memory"); }  // ISB: for a debugger that left DBG_SLEEP set (ES0430 2.2.8)
 
 GpioRegisters& port(char name) {
     return peripheral<GpioRegisters>(kGpioABase + static_cast<std::uintptr_t>(name - 'A') * kGpioPortBytes);

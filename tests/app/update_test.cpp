@@ -91,5 +91,32 @@ TEST_F(Update, IsConfirmedByAHostAndEndsWithoutOne) {
     EXPECT_EQ(board.image.confirmations, 1);
 }
 
+/// Such an image must not replace the one that works.
+TEST_F(Update, IsNotConfirmedIfTheSelfCheckFails) {
+    board.image.on_trial = true;
+    board.system.set_faults(hal::SystemFaults{hal::SystemFault::memory});
+    board.boot();
+    board.run(0.05);
+    board.host().hello();
+    board.run(30);
+    EXPECT_EQ(board.image.confirmations, 0);
+    EXPECT_GT(board.image.returns, 0);
+}
+
+/// A board that starts without a host does so after the confirmation only.
+TEST_F(Update, DrivesNoCoilOnTrial) {
+    EXPECT_EQ(board.ask(static_cast<Opcode>(static_cast<std::size_t>(Opcode::set_parameter) + protocol::kStart), 1),
+              AckResult::done);
+    board.press_button();
+    EXPECT_EQ(board.ask(Opcode::save_parameters), AckResult::done);
+    board.image.on_trial = true;
+    board.boot();
+    board.run(0.1);
+    EXPECT_EQ(board.device->state(), protocol::DeviceState::idle);
+    board.host().hello();
+    board.run(0.1);
+    EXPECT_EQ(board.device->state(), protocol::DeviceState::running);
+}
+
 }  // namespace
 }  // namespace tricoil
