@@ -11,9 +11,6 @@
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/table.hpp"
-#ifdef TRICOIL_WITH_MAT
-#include "board/pose_text/mat/mat_poses.hpp"
-#endif
 #ifdef TRICOIL_WITH_OPENIGTLINK
 #include "board/pose_text/openigtlink/igtl_messages.hpp"
 #endif
@@ -35,11 +32,10 @@ std::uint64_t for_each_pose(const Recording& recording, const std::function<void
     return count;
 }
 
-/// One form: a function for each pose, and functions for the end, which may be empty. count: records, if not one a pose.
+/// One form: a function for each pose. finish: the end of records that are not one a pose, and their number; may be empty.
 struct Form {
     std::function<void(const Pose&)> take = {};
-    std::function<void()> finish = {};
-    std::function<int()> count = {};
+    std::function<int()> finish = {};
 };
 
 using Put = std::function<void(std::string_view)>;
@@ -50,8 +46,10 @@ Form csv_form(const Put& put, const PoseStages& stages) {
     return {[&put, units](const Pose& pose) { put(pose_line({pose}, PoseFormat::csv, kPoseForm, units)); }};
 }
 
+template <bool has_matrices>
 Form json_form(const Put& put, const PoseStages& stages) {
-    return {[&put, units = stages.units()](const Pose& pose) { put(pose_line({pose}, PoseFormat::json, kPoseForm, units)); }};
+    constexpr PoseForm kForm = has_matrices ? kPoseForm | PoseForm{PoseFieldId::covariance, PoseFieldId::couplings} : kPoseForm;
+    return {[&put, units = stages.units()](const Pose& pose) { put(pose_line({pose}, PoseFormat::json, kForm, units)); }};
 }
 
 #ifdef TRICOIL_WITH_OPENIGTLINK
@@ -66,15 +64,6 @@ Form igtl_form(const Put& put, const PoseStages&) {
 }
 #else
 constexpr Form (*igtl_form)(const Put&, const PoseStages&) = nullptr;
-#endif
-
-#ifdef TRICOIL_WITH_MAT
-Form mat_form(const Put& put, const PoseStages& stages) {
-    const auto poses = std::make_shared<MatPoses>(stages.units());
-    return {[poses](const Pose& pose) { poses->add(pose); }, [poses, &put] { poses->finish(put); }};
-}
-#else
-constexpr Form (*mat_form)(const Put&, const PoseStages&) = nullptr;
 #endif
 
 /// Throws InputError if the recording has no measured signal matrices: poses of a device, or a calibration was used.
@@ -102,7 +91,6 @@ Form rests_form(const Put& put, const Recording& recording) {
                     rests->add(pose.time, pose.signal_matrix);
                 }
             },
-            {},
             [rests] { return rests->finish(); }};
 }
 
@@ -122,19 +110,16 @@ void refuse_stages(const std::string& name, const OutputOptions& options) {
 }  // namespace
 
 const std::vector<std::string>& convert_formats() {
-    static const std::vector<std::string> names{"jsonl", "csv", "mat", "openigtlink", "rests"};
+    static const std::vector<std::string> names{"jsonl", "csv", "full", "openigtlink", "rests"};
     return names;
 }
 
 std::uint64_t convert(const Recording& recording, const std::string& name, const OutputOptions& options,
                       const std::function<void(std::string_view)>& put, const ShowShare& progress) {
-    if (name == "mat") {
-        require(Component::mat, "--to mat");
-    }
     if (name == "openigtlink") {
         require(Component::openigtlink, "--to openigtlink");
     }
-    constexpr std::array<Form (*)(const Put&, const PoseStages&), 4> kForms{json_form, csv_form, mat_form,
+    constexpr std::array<Form (*)(const Put&, const PoseStages&), 4> kForms{json_form<false>, csv_form, json_form<true>,
                                                                             igtl_form};  // of poses alone
     const std::size_t index = index_of_name("--to", name, convert_formats());
     refuse_stages(name, options);
@@ -145,10 +130,7 @@ std::uint64_t convert(const Recording& recording, const std::string& name, const
     const std::uint64_t count = for_each_pose(
         recording, [&](const Pose& pose) { stages.pose(pose); }, progress);
     stages.finish();
-    if (form.finish) {
-        form.finish();
-    }
-    return form.count ? static_cast<std::uint64_t>(form.count()) : count;
+    return form.finish ? static_cast<std::uint64_t>(form.finish()) : count;
 }
 
 }  // namespace tricoil::host

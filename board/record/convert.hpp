@@ -18,7 +18,7 @@ const std::vector<std::string>& convert_formats();
 /// Passes all poses to `put` in one of these forms:
 /// - jsonl: one JSON object per line, like run --device --json.
 /// - csv: the columns of run --out with a device.
-/// - mat: MAT file, for MATLAB and Octave.
+/// - full: the same lines as jsonl, with covariance and couplings.
 /// - openigtlink: consecutive server messages, TRANSFORM, or STATUS if the pose is invalid. Time stamps are device times,
 ///   not UTC.
 /// - rests: mean couplings of each rest of the first sensor, for tricoil calibrate grid (RestFinder).

@@ -146,12 +146,12 @@ def converted(poses: Poses, form: str, unit: str | None = None, euler: str | Non
 
 
 def run(file, to="jsonl", out="-", units=None, euler=None, **reader) -> dict:
-    """Writes the poses of a file in another form, or those of a recording's folder as MCAP. Raises ValueError, OSError."""
+    """Writes the poses of a file in another form, or those of a recording's folder as MAT or MCAP. Raises ValueError, OSError."""
     if os.path.isdir(file):
-        from . import _mcap_file
+        from . import _mat_poses, _mcap_file
 
         given = {name: value for name, value in {"units": units, "euler": euler, **reader}.items() if value is not None}
-        return {"poses": _mcap_file.run(file, out, given), "out": out, "form": to, "notes": []}
+        return {"poses": (_mat_poses if to == "mat" else _mcap_file).run(file, out, given), "out": out, "form": to, "notes": []}
     refuse_others(reader, READER_OPTIONS, "only of a recording's folder")
     refuse_input_as_output({"--out": out}, [file])
     poses = read(file, **reader)
