@@ -10,7 +10,7 @@ import numpy as np
 from folder_case import FolderCase
 import tricoil
 from scipy.spatial.transform import Rotation
-from tricoil import _convert, _mat_poses
+from tricoil import _convert, _mat_poses, _rests
 from tricoil._mat_file import read_mat
 
 RATE_HZ = 50.0
@@ -148,6 +148,32 @@ class Convert(FolderCase):
         with open(out, "rb") as file:
             poses = read_mat(file.read())["poses"]
         self.assertEqual((poses["std_m_rad"].shape, poses["covariance"].shape), ((0, 6), (6, 6, 0)))
+
+    def test_rests(self):
+        take, out = os.path.join(self.folder, "take"), os.path.join(self.folder, "rests.csv")
+        tricoil.run("still", duration_s=1, record=take, fidelity="columns")
+        self.assertEqual(tricoil.command("convert", take, to="rests", out=out)["rests"], 1)
+        with open(out, encoding="utf-8") as file:
+            self.assertTrue(file.readline().startswith("rest,start_s,duration_s,x11,x12,"))
+        for options, message in (({"units": "mm"}, "units: not with to rests, which defines its own units"), ({"euler": "zyx"}, "euler: not with to rests, which has no angles"),
+                                 ({"boresight": True}, "tip, relative_to, align and boresight: not with to rests, which has couplings, not poses"),
+                                 ({"out": os.path.join(take, "rests.csv")}, "lies in the folder of the recording")):
+            with self.assertRaisesRegex(ValueError, message):
+                tricoil.command("convert", take, **{"to": "rests", "out": out, **options})
+        path = os.path.join(take, "recording.json")
+        with open(path, encoding="utf-8") as file:
+            description = json.load(file)
+        description["source"]["wiring_file"] = "wiring.toml"
+        for trackers, message in ((description["trackers"], None), (None, "the device computed the poses"), ({"calibration": {}}, "recorded with a calibration")):
+            with open(path, "w", encoding="utf-8") as file:
+                json.dump({**description, "trackers": trackers}, file)
+            if message is None:
+                tricoil.command("convert", take, to="rests", out=out)
+                with open(out, encoding="utf-8") as file:
+                    self.assertEqual(file.readline(), "# wiring corrected\n")
+                continue
+            with self.assertRaisesRegex(ValueError, message):
+                _rests._described(take)
 
     def test_binary_formats_are_named(self):
         for content, message in ((b"\x02\x50" + bytes(600), "is C3D"), (b"#ROSBAG V2.0\n", "is a rosbag"), (b"SQLite format 3\x00" + bytes(100), "is a rosbag")):

@@ -16,7 +16,7 @@ namespace tricoil::host {
 namespace {
 
 constexpr const char* kOfFiles[] = {"motive", "polhemus", "ndi", "mha"};  // written by Python
-constexpr const char* kOfRecordings[] = {"mat", "mcap"};                  // written by Python
+constexpr const char* kOfRecordings[] = {"mat", "mcap", "rests"};         // written by Python
 
 struct ConvertCommand {
     std::string folder;
@@ -51,11 +51,8 @@ int run_convert(const ConvertCommand& command, const CLI::App& sub) {
     const std::uint64_t count = convert(
         recording, command.form, command.stages, [&](std::string_view bytes) { file.write(bytes); }, progress.part(0, 1));
     file.commit();
-    const bool is_of_rests = command.form == "rests";
-    const Json result{{is_of_rests ? "rests" : "poses", count}, {"out", command.out}};
-    print_text(command.json  ? json_line(result) + "\n"
-               : is_of_rests ? fill(result, "{out}: {rests} rests\n")
-                             : fill(result, "{out}: {poses} poses as ") + command.form + "\n");
+    const Json result{{"poses", count}, {"out", command.out}};
+    print_text(command.json ? json_line(result) + "\n" : fill(result, "{out}: {poses} poses as ") + command.form + "\n");
     return to_int(ExitCode::fine);
 }
 

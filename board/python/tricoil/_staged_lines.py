@@ -21,6 +21,8 @@ def staged_lines(folder: str, out: str, options: dict, form: str) -> Iterator[tu
 
     refuse_others(options, (*STAGES, "units", "euler"), "only of a file of poses")
     refuse_input_as_output({"--out": out}, [folder])
+    if out != "-" and os.path.realpath(out).startswith(os.path.join(os.path.realpath(folder), "")):
+        raise ValueError(f"{out}: lies in the folder of the recording; choose another --out")
     stages = {name: options[name] for name in STAGES if name in options}
     with tempfile.TemporaryDirectory() as place:
         paths = [os.path.join(place, name) for name in ("poses", "shown")[:1 + (stages != options)]]
