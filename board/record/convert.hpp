@@ -22,8 +22,8 @@ const std::vector<std::string>& convert_formats();
 /// - openigtlink: consecutive server messages, TRANSFORM, or STATUS if the pose is invalid. Time stamps are device times,
 ///   not UTC.
 /// options: stages before the form; openigtlink defines its units.
-/// progress: called for every pose; may be empty. Returns the number of poses. Throws InputError for an unknown form, and a damaged
-/// line.
+/// progress: called for every pose; may be empty. Returns the number of poses. Throws InputError for an unknown form, and a
+/// damaged line.
 std::uint64_t convert(const Recording& recording, const std::string& name, const OutputOptions& options,
                       const std::function<void(std::string_view)>& put, const ShowShare& progress = {});
 
