@@ -163,8 +163,6 @@ std::string with_units(const char* text, const Units& units) {
 
 const PoseField& pose_field(PoseFieldId id) { return kFields.at(static_cast<std::size_t>(id)); }
 
-std::string pose_key(const PoseField& field, const PoseUnits& units) { return with_units(field.key, units); }
-
 std::string pose_column_names(PoseForm form, const PoseUnits& units) {
     std::string names;
     for_each_field(form, units, [&](const PoseField& field) {

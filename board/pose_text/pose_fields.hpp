@@ -127,9 +127,6 @@ void for_each_field(PoseForm form, const PoseUnits& units, Visit&& visit) {
     }
 }
 
-/// Key of a field with the unit in place.
-std::string pose_key(const PoseField& field, const PoseUnits& units);
-
 /// Header of a CSV file, without line feed.
 std::string pose_column_names(PoseForm form, const PoseUnits& units = {});
 

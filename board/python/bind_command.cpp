@@ -4,8 +4,10 @@
 #include <algorithm>
 
 #include "board/host/commands/commands.hpp"
+#include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
+#include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/output_file.hpp"
@@ -106,6 +108,22 @@ py::dict protocol_schema() {
     return py::dict("version"_a = protocol::kNewestVersion, "most_bytes"_a = protocol::kMaxMessageBytes, "messages"_a = messages);
 }
 
+/// Columns of the first sensor, without those of a fault and of the low band: time_us, coil, gain step, quadratures, levels in
+/// 1/65536 of full scale; (N, 9). Throws InputError for a damaged line.
+Array recorded_quadratures(const std::string& folder) {
+    LongCall call;
+    std::vector<std::array<double, 9>> rows;
+    host::RecordLines lines(folder, host::RecordFile::inputs);
+    for (std::string line; lines.next(line); call.check()) {
+        const host::TrackerInput input = host::parse_input(line, lines.where());
+        if (const auto& c = input.column; has_couplings(input) && !c.flags.has(ColumnFlag::low_band)) {
+            rows.push_back({double(to_us(c.midpoint)), double(coil_index(c.state)), double(c.gain_step), c.quadrature(0),
+                            c.quadrature(1), c.quadrature(2), double(c.level[0]), double(c.level[1]), double(c.level[2])});
+        }
+    }
+    return Array({static_cast<py::ssize_t>(rows.size()), py::ssize_t{9}}, rows.empty() ? nullptr : rows.front().data());
+}
+
 void write_tip(const std::string& out, std::uint8_t sensor, const Array& tip_m, const Array& covariance_m2) {
     host::write_whole_file(out, host::to_toml({sensor, Vec3<double>(tip_m.data()), Mat3<double>(covariance_m2.data())}));
 }
@@ -117,6 +135,7 @@ void add_command(py::module_& module) {
     module.def("protocol", protocol_schema);
     module.def("read_wiring", read_wiring);
     module.def("write_tip", write_tip);
+    module.def("recorded_quadratures", recorded_quadratures);
 }
 
 }  // namespace tricoil::python

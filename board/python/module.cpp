@@ -34,6 +34,7 @@ PYBIND11_MODULE(_tricoil, module) {
     }
     module.attr("FLAG_NAMES") = flags;
     module.attr("INVALIDATING_FLAGS") = tracking::kInvalidating.bits();
+    module.attr("FAULT_FLAGS") = tracking::kFaultFlags.bits();
     module.attr("MIN_SNR") = tracking::CommonParams<double>{}.min_snr;
     module.attr("MAX_DEVIATION_M") = tracking::CommonParams<double>{}.max_deviation_m;
     module.attr("MAX_MISFIT") = tracking::CommonParams<double>{}.max_misfit;

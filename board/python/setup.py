@@ -20,7 +20,7 @@ BUILD = pathlib.Path(WHEEL or ROOT / "build" / f"pip-{sys.implementation.cache_t
 MODULE = "tricoil._tricoil"
 ABSENT = ["WEB"]  # its build needs the network
 if WHEEL:
-    ABSENT += ["GPIO", "USB", "OPENIGTLINK", "OSC", "MAT", "CALIBRATION", "VIRTUAL_BOARD"]
+    ABSENT += ["GPIO", "USB", "OPENIGTLINK", "OSC", "CALIBRATION", "VIRTUAL_BOARD"]
 SYSTEM_LIBRARIES = re.compile(r"(linux-vdso|ld-linux[-\w]*|lib(c|m|gcc_s|stdc\+\+))\.so\b")
 
 

@@ -18,13 +18,12 @@ const std::vector<std::string>& convert_formats();
 /// Passes all poses to `put` in one of these forms:
 /// - jsonl: one JSON object per line, like run --device --json.
 /// - csv: the columns of run --out with a device.
-/// - mat: MAT file, for MATLAB and Octave.
+/// - full: the same lines as jsonl, with covariance and couplings.
 /// - openigtlink: consecutive server messages, TRANSFORM, or STATUS if the pose is invalid. Time stamps are device times,
 ///   not UTC.
-/// - rests: mean couplings of each rest of the first sensor, for tricoil calibrate grid (RestFinder).
-/// options: stages before the form. Rests are of couplings, which no stage changes; openigtlink defines its units.
-/// progress: called for every pose; may be empty. Returns the number of poses. Throws InputError for an unknown form, a damaged
-/// line, and rests of a recording without measured couplings.
+/// options: stages before the form; openigtlink defines its units.
+/// progress: called for every pose; may be empty. Returns the number of poses. Throws InputError for an unknown form, and a
+/// damaged line.
 std::uint64_t convert(const Recording& recording, const std::string& name, const OutputOptions& options,
                       const std::function<void(std::string_view)>& put, const ShowShare& progress = {});
 

@@ -8,7 +8,7 @@ namespace tricoil::host {
 
 /// In the order of toolchain/cmake/Components.cmake. Sources that call the library of a component are compiled with
 /// TRICOIL_WITH_CAN and so on.
-enum class Component : std::uint8_t { gpio, can, usb, openigtlink, osc, web, mat, calibration, virtual_board };
+enum class Component : std::uint8_t { gpio, can, usb, openigtlink, osc, web, calibration, virtual_board };
 
 [[nodiscard]] bool is_built(Component component);
 

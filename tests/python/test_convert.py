@@ -1,14 +1,17 @@
 """tricoil convert of a file of poses: each form is read again as it was written."""
 
+import json
 import os
 import subprocess
 import unittest
+from unittest import mock
 
 import numpy as np
 from folder_case import FolderCase
 import tricoil
 from scipy.spatial.transform import Rotation
-from tricoil import _convert
+from tricoil import _convert, _mat_poses, _rests
+from tricoil._mat_file import read_mat
 
 RATE_HZ = 50.0
 
@@ -103,6 +106,74 @@ class Convert(FolderCase):
                 file.write(content)
             with self.assertRaisesRegex(ValueError, message):
                 tricoil.read_poses(out)
+
+    def test_mat_has_every_field_and_the_matrices(self):
+        """Units and angles are of the fields, not of the matrices."""
+        take, out = os.path.join(self.folder, "take"), os.path.join(self.folder, "take.mat")
+        run = tricoil.run("hand", duration_s=1, record=take, faults=["unplugged@0.5-0.8"])
+        tricoil.command("convert", take, to="mat", out=out, units="mm", euler="zyx")
+        tricoil.command("convert", take, to="full", out=os.path.join(self.folder, "take.jsonl"), units="mm", euler="zyx")
+        with open(out, "rb") as file:
+            poses = read_mat(file.read())["poses"]
+        with open(os.path.join(self.folder, "take.jsonl"), encoding="utf-8") as lines:
+            rows = [json.loads(line) for line in lines]
+        self.assertEqual(set(poses), rows[0].keys() - {"flag_names"})
+        known = np.array([row["position_mm"] is not None for row in rows])
+        self.assertTrue(0 < known.sum() < len(rows))
+        for name in rows[0].keys() - {"flag_names", "covariance", "couplings"}:
+            expected = np.full(poses[name].shape, np.nan)
+            for n, row in enumerate(rows):
+                if row[name] is not None:
+                    expected[n] = row[name]
+            np.testing.assert_array_equal(poses[name], expected, name)
+        covariance = poses["covariance"]
+        np.testing.assert_array_equal(covariance, covariance.swapaxes(0, 1))
+        np.testing.assert_allclose(covariance[:, :, known], np.moveaxis(run.poses["covariance"][known], 0, 2), rtol=1e-14)
+        np.testing.assert_array_equal(covariance[:, :, ~known], np.where(np.eye(6), np.inf, 0)[:, :, None].repeat((~known).sum(), axis=2))
+        np.testing.assert_array_equal(np.moveaxis(poses["couplings"], 2, 0), run.poses["couplings"])
+
+    def test_mat_of_no_pose_and_of_too_many(self):
+        take, out = os.path.join(self.folder, "take"), os.path.join(self.folder, "take.mat")
+        tricoil.run("hand", duration_s=0.5, record=take, fidelity="columns")
+        with mock.patch.object(_mat_poses, "MOST_POSES", 10), self.assertRaisesRegex(ValueError, "at most 10 poses; use to csv or mcap"):
+            tricoil.command("convert", take, to="mat", out=out)
+        self.assertFalse(os.path.exists(out))
+        with open(os.path.join(take, "recording.json"), encoding="utf-8") as file:
+            description = {**json.load(file), "complete": False}
+        with open(os.path.join(take, "recording.json"), "w", encoding="utf-8") as file:
+            json.dump(description, file)
+        with open(os.path.join(take, "poses.csv"), "w", encoding="utf-8"):
+            pass
+        tricoil.command("convert", take, to="mat", out=out)
+        with open(out, "rb") as file:
+            poses = read_mat(file.read())["poses"]
+        self.assertEqual((poses["std_m_rad"].shape, poses["covariance"].shape), ((0, 6), (6, 6, 0)))
+
+    def test_rests(self):
+        take, out = os.path.join(self.folder, "take"), os.path.join(self.folder, "rests.csv")
+        tricoil.run("still", duration_s=1, record=take, fidelity="columns")
+        self.assertEqual(tricoil.command("convert", take, to="rests", out=out)["rests"], 1)
+        with open(out, encoding="utf-8") as file:
+            self.assertTrue(file.readline().startswith("rest,start_s,duration_s,x11,x12,"))
+        for options, message in (({"units": "mm"}, "units: not with to rests, which defines its own units"), ({"euler": "zyx"}, "euler: not with to rests, which has no angles"),
+                                 ({"boresight": True}, "tip, relative_to, align and boresight: not with to rests, which has couplings, not poses"),
+                                 ({"out": os.path.join(take, "rests.csv")}, "lies in the folder of the recording")):
+            with self.assertRaisesRegex(ValueError, message):
+                tricoil.command("convert", take, **{"to": "rests", "out": out, **options})
+        path = os.path.join(take, "recording.json")
+        with open(path, encoding="utf-8") as file:
+            description = json.load(file)
+        description["source"]["wiring_file"] = "wiring.toml"
+        for trackers, message in ((description["trackers"], None), (None, "the device computed the poses"), ({"calibration": {}}, "recorded with a calibration")):
+            with open(path, "w", encoding="utf-8") as file:
+                json.dump({**description, "trackers": trackers}, file)
+            if message is None:
+                tricoil.command("convert", take, to="rests", out=out)
+                with open(out, encoding="utf-8") as file:
+                    self.assertEqual(file.readline(), "# wiring corrected\n")
+                continue
+            with self.assertRaisesRegex(ValueError, message):
+                _rests._described(take)
 
     def test_binary_formats_are_named(self):
         for content, message in ((b"\x02\x50" + bytes(600), "is C3D"), (b"#ROSBAG V2.0\n", "is a rosbag"), (b"SQLite format 3\x00" + bytes(100), "is a rosbag")):

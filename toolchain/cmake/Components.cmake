@@ -23,10 +23,10 @@ tricoil_require(tomlplusplus libtomlplusplus-dev)
 # for each component: board/support/components.cpp tells the user why an option is refused.
 set(TRICOIL_COMPONENT_ROWS "")
 
-# tricoil_component(NAME PURPOSE [PKG_CONFIG MODULE PACKAGE] [HEADER FILE PACKAGE] [LIBRARY NAME PACKAGE] [CONFIG NAME PACKAGE]
-#                   [PROGRAM NAME PACKAGE] [NEEDS COMPONENT])
-# Debian's PACKAGE has what is looked up. PKG_CONFIG makes the target PkgConfig::TRICOIL_NAME, CONFIG calls find_package(), HEADER, LIBRARY and
-# PROGRAM set TRICOIL_NAME_HEADER and so on.
+# tricoil_component(NAME PURPOSE [PKG_CONFIG MODULE PACKAGE] [HEADER FILE PACKAGE] [CONFIG NAME PACKAGE] [PROGRAM NAME PACKAGE]
+#                   [NEEDS COMPONENT])
+# Debian's PACKAGE has what is looked up. PKG_CONFIG makes the target PkgConfig::TRICOIL_NAME, CONFIG calls find_package(), HEADER and PROGRAM
+# set TRICOIL_NAME_HEADER and so on.
 function(tricoil_component name purpose)
   set(TRICOIL_WITH_${name} AUTO CACHE STRING "${purpose}: AUTO (if its packages are installed), ON or OFF")
   set_property(CACHE TRICOIL_WITH_${name} PROPERTY STRINGS AUTO ON OFF)
@@ -68,8 +68,6 @@ function(tricoil_component name purpose)
       unset(TRICOIL_${name}_${kind} CACHE)
       if(kind STREQUAL "HEADER")
         find_path(TRICOIL_${name}_HEADER ${what})
-      elseif(kind STREQUAL "LIBRARY")
-        find_library(TRICOIL_${name}_LIBRARY ${what})
       else()
         find_program(TRICOIL_${name}_PROGRAM ${what})
       endif()
@@ -114,7 +112,5 @@ tricoil_component(OPENIGTLINK "server and files of OpenIGTLink" CONFIG OpenIGTLi
 tricoil_component(OSC "Open Sound Control" PKG_CONFIG liblo liblo-dev)
 tricoil_component(WEB "live page and WebSocket" CONFIG wslay libwslay-dev HEADER boost/beast/http/parser.hpp libboost-dev
   CONFIG OpenSSL libssl-dev PROGRAM python3 python3)
-# Without the module of pkg-config: it links HDF5 too, which only the library needs.
-tricoil_component(MAT "files for MATLAB and Octave" HEADER matio.h libmatio-dev LIBRARY matio libmatio-dev)
 tricoil_component(CALIBRATION "tricoil calibrate and evaluate" CONFIG Ceres libceres-dev)
 tricoil_component(VIRTUAL_BOARD "the program tricoil-virtual-board" PKG_CONFIG unicorn libunicorn-dev NEEDS CAN)

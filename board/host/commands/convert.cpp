@@ -15,8 +15,8 @@
 namespace tricoil::host {
 namespace {
 
-constexpr const char* kForeignFormats[] = {"motive", "polhemus", "ndi", "mha"};  // of files; written by Python
-constexpr const char* kMcap = "mcap";                                            // of recordings; written by Python
+constexpr const char* kOfFiles[] = {"motive", "polhemus", "ndi", "mha"};  // written by Python
+constexpr const char* kOfRecordings[] = {"mat", "mcap", "rests"};         // written by Python
 
 struct ConvertCommand {
     std::string folder;
@@ -29,15 +29,15 @@ struct ConvertCommand {
 
 int run_convert(const ConvertCommand& command, const CLI::App& sub) {
     const Recording recording(command.folder);
-    refuse_if(std::ranges::count(kForeignFormats, command.form) > 0,
-              "--to {}: is written from a file of poses; make one with --to csv", command.form);
+    refuse_if(std::ranges::count(kOfFiles, command.form) > 0, "--to {}: is written from a file of poses; make one with --to csv",
+              command.form);
     for (const std::string& option : command.reader) {
         refuse_if(sub.count(option) > 0, "{}: only of a file of poses; {} is a recording", option, command.folder);
     }
     check_reference(command.stages, recording.sensors());
     const bool is_printed = command.out.empty() || command.out == kStandardOutput;
     refuse_if(is_printed && command.json, "--json: the poses need a file; add --out FILE");
-    if (command.form == kMcap) {
+    if (std::ranges::count(kOfRecordings, command.form) > 0) {
         return continue_in_python(sub);
     }
     if (is_printed) {
@@ -51,11 +51,8 @@ int run_convert(const ConvertCommand& command, const CLI::App& sub) {
     const std::uint64_t count = convert(
         recording, command.form, command.stages, [&](std::string_view bytes) { file.write(bytes); }, progress.part(0, 1));
     file.commit();
-    const bool is_of_rests = command.form == "rests";
-    const Json result{{is_of_rests ? "rests" : "poses", count}, {"out", command.out}};
-    print_text(command.json  ? json_line(result) + "\n"
-               : is_of_rests ? fill(result, "{out}: {rests} rests\n")
-                             : fill(result, "{out}: {poses} poses as ") + command.form + "\n");
+    const Json result{{"poses", count}, {"out", command.out}};
+    print_text(command.json ? json_line(result) + "\n" : fill(result, "{out}: {poses} poses as ") + command.form + "\n");
     return to_int(ExitCode::fine);
 }
 
@@ -68,10 +65,11 @@ void add_convert_command(CLI::App* sub, Action& action) {
         ->required()
         ->type_name(kFileType);
     std::vector<std::string> formats = convert_formats();
-    formats.emplace_back(kMcap);
-    formats.insert(formats.end(), std::begin(kForeignFormats), std::end(kForeignFormats));
+    formats.insert(formats.end(), std::begin(kOfRecordings), std::end(kOfRecordings));
+    formats.insert(formats.end(), std::begin(kOfFiles), std::end(kOfFiles));
     one_of(sub->add_option("--to", command->form,
-                           "Format; mat: MATLAB, Octave; mcap: Foxglove, PlotJuggler; rests: mean couplings of each interval in "
+                           "Format; full: jsonl with covariance and couplings; mat: MATLAB, Octave; mcap: Foxglove, PlotJuggler; "
+                           "rests: mean couplings of each interval in "
                            "which the sensor rests, for calibrate grid. Of a file: jsonl, csv, motive, polhemus, ndi and mha"),
            formats)
         ->capture_default_str();

@@ -49,7 +49,7 @@ def in_python(name, arguments, options) -> bool:
     if name == "motion":
         return bool({"poses", "trajectory", "plan"} & options.keys())
     if name == "convert":
-        return len(arguments) == 1 and (os.path.isfile(arguments[0]) or options.get("to") == "mcap")
+        return len(arguments) == 1 and (os.path.isfile(arguments[0]) or options.get("to") in ("mat", "mcap", "rests"))
     return name in MODULES and (name not in WITH_CALIBRATION or hasattr(_tricoil, "Bands"))  # without it the program says so
 
 

@@ -146,12 +146,13 @@ def converted(poses: Poses, form: str, unit: str | None = None, euler: str | Non
 
 
 def run(file, to="jsonl", out="-", units=None, euler=None, **reader) -> dict:
-    """Writes the poses of a file in another form, or those of a recording's folder as MCAP. Raises ValueError, OSError."""
+    """Writes the poses of a file in another form, or those of a recording's folder as MAT or MCAP, or its rests. Raises ValueError, OSError."""
     if os.path.isdir(file):
-        from . import _mcap_file
+        from . import _mat_poses, _mcap_file, _rests
 
         given = {name: value for name, value in {"units": units, "euler": euler, **reader}.items() if value is not None}
-        return {"poses": _mcap_file.run(file, out, given), "out": out, "form": to, "notes": []}
+        module = {"mat": _mat_poses, "mcap": _mcap_file, "rests": _rests}[to]
+        return {"rests" if to == "rests" else "poses": module.run(file, out, given), "out": out, "form": to, "notes": []}
     refuse_others(reader, READER_OPTIONS, "only of a recording's folder")
     refuse_input_as_output({"--out": out}, [file])
     poses = read(file, **reader)
@@ -161,4 +162,5 @@ def run(file, to="jsonl", out="-", units=None, euler=None, **reader) -> dict:
 
 def text(result: dict) -> str:
     """The result as the program prints it."""
-    return "".join(f"  {note}\n" for note in result["notes"]) + f"{result['out']}: {result['poses']} poses as {result['form']}\n"
+    count = f"{result['rests']} rests" if "rests" in result else f"{result['poses']} poses as {result['form']}"
+    return "".join(f"  {note}\n" for note in result["notes"]) + f"{result['out']}: {count}\n"

@@ -6,19 +6,15 @@ as foxglove.PoseInFrame. Times are those of the poses, ns.
 
 import itertools
 import json
-import os
 import struct
-import tempfile
 import zlib
 
-from . import _tricoil
 from ._mcap import CHANNEL, CHUNK, MAGIC, MESSAGE, OWN_SCHEMA, SCHEMA
-from ._output_file import OutputFile, refuse_input_as_output
-from ._poses import refuse_others
+from ._output_file import OutputFile
+from ._staged_lines import staged_lines
 
 HEADER, FOOTER, MESSAGE_INDEX, CHUNK_INDEX, STATISTICS, DATA_END = 1, 2, 7, 8, 0x0B, 0x0F
 CHUNK_BYTES = 1 << 20
-STAGES = ("tip", "relative_to", "align", "boresight")
 INTEGERS = ("sensor", "sequence", "time_us", "valid", "flags", "state")
 
 
@@ -136,23 +132,10 @@ def _in_frame(pose: dict, time_ns: int, frame: str) -> bytes:
     return json.dumps({"timestamp": {"sec": time_ns // 10**9, "nsec": time_ns % 10**9}, "frame_id": frame, "pose": place}).encode()
 
 
-def _lines(folder: str, path: str, stages: list[str]) -> str:
-    """Writes the recording as JSON lines. Raises ValueError as the program does."""
-    _tricoil.command(["convert", folder, "--to", "jsonl", "--out", path, "--json", *stages])
-    return path
-
-
 def run(folder: str, out: str, options: dict) -> int:
     """Writes the poses of a recording; returns their number. options: stages, units and euler of `tricoil convert`. Raises ValueError, OSError."""
-    from ._command import _words
-
-    refuse_others({name: value for name, value in options.items() if name not in ("units", "euler")}, STAGES, "only of a file of poses")
-    refuse_input_as_output({"--out": out}, [folder])
-    stages = {name: options[name] for name in STAGES if name in options}
-    frame = "aligned" if "align" in stages else f"sensor{int(stages['relative_to']) - 1}" if "relative_to" in stages else "source"
-    with tempfile.TemporaryDirectory() as place:
-        in_metres = _lines(folder, os.path.join(place, "poses"), _words(stages))
-        shown = in_metres if stages == options else _lines(folder, os.path.join(place, "shown"), _words(options))
+    frame = "aligned" if "align" in options else f"sensor{int(options['relative_to']) - 1}" if "relative_to" in options else "source"
+    with staged_lines(folder, out, options, "jsonl") as (in_metres, shown):
         with open(shown, "rb") as lines:
             schema = _pose_schema(map(json.loads, lines))
         with OutputFile(out) as file, open(in_metres, "rb") as metres, open(shown, "rb") as lines:
