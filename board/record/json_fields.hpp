@@ -14,7 +14,7 @@ template <typename Params, typename Visit>
 void visit_common(Params& params, Visit&& visit) {
     auto& [coupling_constant, hemisphere, confined, floor_share, max_column_span, window_s, latency_s, min_snr, max_misfit,
            distortion_gate, misfit_floor, quadrature_floor, quadrature_lag_s, max_deviation_m, pick_up_sigma, lost_after,
-           search_after] = params;
+           search_after, converter] = params;
     visit("coupling_constant_m3", coupling_constant);
     visit("hemisphere", hemisphere);
     visit("confined", confined);
@@ -32,6 +32,8 @@ void visit_common(Params& params, Visit&& visit) {
     visit("search_after_us", search_after);
     visit("pick_up_sigma", pick_up_sigma);
     visit("floor_share", floor_share);
+    visit("converter_step", converter.coupling);
+    visit("converter_noise", converter.noise);
 }
 
 /// Parameters of this method, constant or not.

@@ -27,6 +27,9 @@ struct SimulatedBoard {
     [[nodiscard]] app::MainLoopParams<double> loop_params(const SimulationOptions& options) {
         app::MainLoopParams<double> params{setup.plan, stations.first().demodulation(), make_tracker(options, setup)};
         params.sensors = setup.stations;
+        if (setup.plan.is_tdm() && !is_by_columns(options)) {
+            params.tracker.common.converter = {stations.first().coupling_step(), stations.first().noise_codes()};
+        }
         return params;
     }
 

@@ -76,7 +76,13 @@ public:
         correct_coils(j, in_phase, quadrature, sigma);
     }
 
-    /// The same for a column of the low band, which first becomes one of the high band. Only in double.
+    /// Its standard deviations alone.
+    void correct_sigma(int j, Vec3<Scalar>& sigma) const {
+        const Vec3<Scalar> variance = sensor_.cwiseAbs2() * sigma.cwiseAbs2();
+        sigma = variance.cwiseSqrt() / std::abs(gain_(j));
+    }
+
+    /// correct_column() for a column of the low band, which first becomes one of the high band. Only in double.
     void correct_low_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
         low_band_.pick_up.remove(j, in_phase, quadrature);
         for (Index i = 0; i < in_phase.size(); ++i) {
@@ -119,11 +125,6 @@ private:
         in_phase = sensor_ * along / gain_(j);
         quadrature = sensor_ * across / gain_(j);
         correct_sigma(j, sigma);
-    }
-
-    void correct_sigma(int j, Vec3<Scalar>& sigma) const {
-        const Vec3<Scalar> variance = sensor_.cwiseAbs2() * sigma.cwiseAbs2();
-        sigma = variance.cwiseSqrt() / std::abs(gain_(j));
     }
 
     template <typename Derived>

@@ -18,6 +18,11 @@ bool is_positive(Scalar value) {
     return std::isfinite(value) && value > 0;
 }
 
+bool is_permitted(const ConverterStep<float>&) { return true; }
+[[maybe_unused]] bool is_permitted(const ConverterStep<double>& converter) {
+    return converter.coupling >= 0 && converter.noise >= 0 && std::isfinite(converter.coupling + converter.noise);
+}
+
 template <typename Scalar>
 Status check_common(const CommonParams<Scalar>& p) {
     if (!is_positive(p.coupling_constant)) {
@@ -36,6 +41,9 @@ Status check_common(const CommonParams<Scalar>& p) {
         !(p.floor_share > 0 && p.floor_share <= calibration::CoilErrors<Scalar>::kMostOfFloor)) {
         return refused(
             "the deviation of the pick-up must be finite and not negative, the share of the floor above 0, at most 10");
+    }
+    if (!is_permitted(p.converter)) {
+        return refused("step and noise of the converters must be finite and not negative");
     }
     if (p.max_column_span.count() < 0 || p.lost_after.count() <= 0 || p.search_after < p.lost_after) {
         return refused("times must be positive, and search_after not shorter than lost_after");

@@ -13,6 +13,15 @@ namespace tricoil::tracking {
 /// Largest number of sensors of one source; size of all tables per sensor.
 constexpr int kMaxSensors = 4;
 
+/// Converters of the columns, in TDM. Only in double: images have no room for it.
+template <typename Scalar>
+struct ConverterStep {};
+template <>
+struct ConverterStep<double> {
+    double coupling = 0;  // that changes a sample by one code; 0: unknown
+    double noise = 0;     // standard deviation of a sample before its quantisation, codes
+};
+
 /// Parameters of all methods.
 template <typename Scalar>
 struct CommonParams {
@@ -35,6 +44,7 @@ struct CommonParams {
     Scalar pick_up_sigma = 0;                // standard deviation of the calibrated pick-up, coupling units
     Microseconds lost_after{100'000};        // without a valid pose
     Microseconds search_after{1'000'000};    // without a valid pose; then a matrix tracker forgets the last one
+    [[no_unique_address]] ConverterStep<Scalar> converter;
 
     /// Variance of a coupling due to errors of the calibration, coupling units squared: of the misfit; with the share, of the
     /// directions that a pose explains. strength: k.

@@ -283,9 +283,14 @@ double CoilWorld::sample_sigma_v() const {
     return std::hypot(converters_.front().noise_v(), quantisation);
 }
 
-double CoilWorld::coupling_sigma() const {
+/// Amplitude of the first carrier at the first converter, for a coupling of 1.
+double CoilWorld::volts_per_coupling() const {
     const double ratio = kTurn * plan_.params.carrier_hz[0] / kReferenceRadS;
-    return sample_sigma_v() * std::sqrt(2.0 / plan_.window_samples) / (drive_amplitude(0) * ratio * std::abs(channel_[0]));
+    return drive_amplitude(0) * ratio * std::abs(channel_[0]);
+}
+
+double CoilWorld::coupling_sigma() const {
+    return sample_sigma_v() * std::sqrt(2.0 / plan_.window_samples) / volts_per_coupling();
 }
 
 }  // namespace tricoil::sim

@@ -66,6 +66,10 @@ public:
     [[nodiscard]] double sample_sigma_v() const;
     /// Standard deviation of one coupling entry due to noise and quantisation of the converter, equal in phase and in quadrature.
     [[nodiscard]] double coupling_sigma() const;
+    /// Change of a coupling that changes a sample by one code at most.
+    [[nodiscard]] double coupling_step() const { return volts_per_code() / volts_per_coupling(); }
+    /// Standard deviation of one sample before its quantisation, codes.
+    [[nodiscard]] double noise_codes() const { return converters_.front().noise_v() / volts_per_code(); }
 
     /// X at a pose, without faults.
     [[nodiscard]] Mat3<double> coupling(const Pose& pose) const;
@@ -94,6 +98,7 @@ public:
 
 private:
     [[nodiscard]] signal::ChannelResponse<double> channel_response() const;
+    [[nodiscard]] double volts_per_coupling() const;
     void tune_metal();
     struct Couplings;
     [[nodiscard]] std::size_t currents() const { return plan_.has_low_band() ? kMaxCarriers : kSourceCoils; }

@@ -7,6 +7,7 @@
 #include "core/geometry/quaternion_sign.hpp"
 #include "core/tracking/hemisphere.hpp"
 #include "core/tracking/judge/coil_errors.hpp"
+#include "core/tracking/judge/converter_share.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::tracking {
@@ -122,7 +123,7 @@ void Tracker<Scalar>::finish(std::optional<PoseEstimate<Scalar>>& estimate) {
     }
     estimate->flags.set_if(since_gap_.is_recent(), PoseFlag::columns_missing);
     to_source_frame(*estimate);
-    cover_coil_errors(*estimate);
+    cover_constant_errors(*estimate);
     clear_unknown_position(*estimate);
     Quat<Scalar>& q = estimate->q_source_sensor;
     q = geometry::with_sign_of(q, last_reported_);
@@ -132,12 +133,33 @@ void Tracker<Scalar>::finish(std::optional<PoseEstimate<Scalar>>& estimate) {
 /// After the method: these errors are constant, so that no filter reduces them, and no misfit shows them. The tracker stays in
 /// its state even if they alone make the pose uncertain.
 template <typename Scalar>
-[[gnu::noinline]] void Tracker<Scalar>::cover_coil_errors(PoseEstimate<Scalar>& estimate) const {
-    if (correction_ && !correction_->errors().is_none()) {
-        const Mat6<Scalar> covariance = covariance_of_coil_errors(correction_->errors(), estimate.position_m);
+[[gnu::noinline]] void Tracker<Scalar>::cover_constant_errors(PoseEstimate<Scalar>& estimate) const {
+    auto errors = correction_ ? correction_->errors() : calibration::CoilErrors<Scalar>{};
+    add_converter_error(estimate.signal_matrix, errors);
+    if (!errors.is_none()) {
+        const Mat6<Scalar> covariance = covariance_of_coil_errors(errors, estimate.position_m);
         const Scalar limit_m = params_.max_deviation_m;
         estimate.covariance += covariance;
         estimate.flags.set_if(covariance.template topLeftCorner<3, 3>().trace() > limit_m * limit_m, PoseFlag::uncertain);
+    }
+}
+
+/// Trackers in float, of images, do not know their converters.
+template <typename Scalar>
+void Tracker<Scalar>::add_converter_error([[maybe_unused]] const Mat3<Scalar>& x,
+                                          [[maybe_unused]] calibration::CoilErrors<Scalar>& errors) const {
+    if constexpr (std::is_same_v<Scalar, double>) {
+        if (params_.converter.coupling > 0) {
+            Mat3<Scalar> steps;
+            for (int j = 0; j < kSourceCoils; ++j) {
+                Vec3<Scalar> step = Vec3<Scalar>::Constant(params_.converter.coupling);
+                if (correction_) {
+                    correction_->correct_sigma(j, step);
+                }
+                steps.col(j) = step;
+            }
+            errors.couplings = std::hypot(errors.couplings, converter_share(x, steps, params_.converter.noise));
+        }
     }
 }
 

@@ -82,7 +82,8 @@ private:
     [[nodiscard]] std::uint64_t used_columns() const { return counters_.accepted - counters_.outliers; }
     void update_low(const Column<Scalar>& column);
     void finish(std::optional<PoseEstimate<Scalar>>& estimate);
-    void cover_coil_errors(PoseEstimate<Scalar>& estimate) const;
+    void cover_constant_errors(PoseEstimate<Scalar>& estimate) const;
+    void add_converter_error(const Mat3<Scalar>& x, calibration::CoilErrors<Scalar>& errors) const;
     CommonParams<Scalar> params_;
     TimeBase time_base_;
     TrackState state_;
