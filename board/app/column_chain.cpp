@@ -65,7 +65,7 @@ void ColumnChain<Scalar, SensorTracker>::send(const tracking::PoseEstimate<Scala
 }
 
 template class ColumnChain<float, tracking::ScaatTracker<float>>;
-#if TRICOIL_FLOAT_TRACKERS
+#if TRICOIL_SCALARS & 1  // float
 template class ColumnChain<float, tracking::PreviousTracker<float>>;
 #else
 template class ColumnChain<double, tracking::AnyTracker>;

@@ -128,7 +128,7 @@ void BlockLoop<Chain, Sensors>::count_gap(std::uint32_t sequence) {
 
 template class BlockLoop<ColumnChain<float, tracking::ScaatTracker<float>>, 1>;
 template class BlockLoop<FixedChain, 1>;
-#if TRICOIL_FLOAT_TRACKERS
+#if TRICOIL_SCALARS & 1  // float
 template class BlockLoop<ColumnChain<float, tracking::PreviousTracker<float>>, 1>;
 #else
 template class BlockLoop<ColumnChain<double, tracking::AnyTracker>, tracking::kMaxSensors>;

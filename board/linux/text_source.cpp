@@ -73,6 +73,8 @@ std::optional<TextTiming> timing_of(const std::vector<TextFrame>& frames, const 
 constexpr Microseconds kShortestSilence{150'000};
 constexpr Microseconds kMostBetweenStamps{3'600'000'000};  // one may be wrong
 constexpr double kRestartUs = -1e6;                        // of the clock of a device
+constexpr std::size_t kAgreeing = 4;                       // lines in a row with times of a clock that started again
+constexpr double kLatestUs = 9e15;                         // as TextRows
 constexpr int kSilentFrames = 3;
 constexpr Microseconds kNoticeAfter{1'000'000};
 constexpr int kMostLines = 256;  // per step, so that a flood does not delay signals
@@ -182,8 +184,38 @@ void TextSource::follow_sender() {
     rows_.restart();
     if (lines_.has_clients()) {  // another device, with a clock and a rate of its own
         first_frames_.clear();
-        has_begun_ = false;
+        start_again();
     }
+}
+
+void TextSource::start_again() {
+    has_begun_ = false;
+    has_new_clock_ = true;
+    for (Stream& stream : streams_) {
+        stream.last_us.reset();
+        stream.sequence.begin();
+    }
+}
+
+/// Nothing is lost of a clock that starts again; a few wrong times are.
+bool TextSource::waits_for_more_of(const TextFrame& frame) {
+    const std::optional<double>& last_us = streams_[frame.sensor].last_us;
+    if (is_live() && has_begun_ && frame.time_us && last_us && *frame.time_us - *last_us < kRestartUs) {
+        first_frames_.push_back(frame);
+        if (first_frames_.size() < kAgreeing) {
+            return true;
+        }
+        start_again();
+        for (const TextFrame& early : std::exchange(first_frames_, {})) {
+            take_frame(early);
+        }
+        return true;
+    }
+    if (has_begun_) {
+        counters_.refused_lines += first_frames_.size();
+        first_frames_.clear();
+    }
+    return false;
 }
 
 std::optional<TextFrame> TextSource::parse(std::string_view line) {
@@ -215,6 +247,9 @@ void TextSource::take_frame(const TextFrame& frame) {
                     "no sigma: add ,sigma=S to the name of the source, the standard deviation of a coupling");
     host::refuse_if(!frame.time_us && !(frame.coils > 1 && name_.rate_hz),
                     "no time: needs time_us or time_s, or couplings x11 to x33 with the key ,rate_hz=R");
+    if (waits_for_more_of(frame)) {
+        return;
+    }
     if (frame.time_us) {
         const double step_us = *frame.time_us - std::exchange(streams_[frame.sensor].last_us, frame.time_us).value_or(-1e300);
         host::refuse_if((step_us < 0 || (step_us == 0 && frame.coils > 1)) && !(is_live() && step_us < kRestartUs),
@@ -270,14 +305,17 @@ void TextSource::track(const TextFrame& frame) {
     Stream& stream = streams_[frame.sensor];
     MeasuredColumn<double> column;
     column.sensor = frame.sensor;
-    column.midpoint = device_time_us(std::llround(frame.time_us.value_or(1e6 * stream.frames / timing_.rate_hz)));
+    column.midpoint = continued(frame.time_us.value_or(1e6 * stream.frames / timing_.rate_hz));
     column.flags = frame.flags;
     column.sigma = frame.sigma.value_or(Vec3<double>::Constant(name_.sigma.value_or(0)));
     ++stream.frames;
     follow_clock(stream, column.midpoint);
     if (frame.pose) {
         ++counters_.columns;
-        taps_.pose(*frame.pose);
+        tracking::PoseEstimate<double> pose = *frame.pose;
+        pose.time = column.midpoint;
+        pose.sequence = stream.sequence.next(pose.sequence);
+        taps_.pose(pose);
         return;
     }
     for (int n = 0; n < frame.coils; ++n) {
@@ -294,6 +332,17 @@ void TextSource::track(const TextFrame& frame) {
             trackers_.hemisphere(frame.sensor, *side);
         }
     }
+}
+
+/// Time of a line. After a start of the sender's clock it goes on from the newest time, by the host's time since then.
+DeviceTime TextSource::continued(double time_us) {
+    const std::optional<DeviceTime> newest = stamps_.newest();
+    if (std::exchange(has_new_clock_, false) && newest && device_time_us(std::llround(time_us)) + offset_ <= *newest) {
+        const Microseconds passed = std::max(drivers::host_now() - arrival_, Microseconds{1});
+        offset_ = *newest + passed - device_time_us(std::llround(time_us));
+    }
+    host::refuse_if(time_us + static_cast<double>(offset_.count()) > kLatestUs, "time {} us: out of range", time_us);
+    return device_time_us(std::llround(time_us)) + offset_;
 }
 
 /// A pipe may hold old lines: then more time has passed in them than here.

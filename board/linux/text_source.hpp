@@ -13,6 +13,7 @@
 #include "board/linux/text_rows.hpp"
 #include "board/record/recorded_source.hpp"
 #include "board/record/tap_fan_out.hpp"
+#include "board/stream/continued_sequence.hpp"
 #include "board/stream/stream_clock.hpp"
 
 namespace tricoil::linux_board {
@@ -85,17 +86,21 @@ private:
     struct Stream {
         std::uint32_t frames = 0;
         std::optional<DeviceTime> newest;
-        std::optional<double> last_us;  // of the lines
+        std::optional<double> last_us;     // of the lines
+        host::ContinuedSequence sequence;  // of poses that the lines have
         HostTime arrival;
         std::optional<Vec3<double>> wanted_hemisphere;  // set before the first line
     };
 
     std::optional<TextFrame> parse(std::string_view line);
     void take_frame(const TextFrame& frame);
+    bool waits_for_more_of(const TextFrame& frame);
+    void start_again();
     void follow_sender();
     void discard();
     void begin(const TextTiming& timing);
     void track(const TextFrame& frame);
+    DeviceTime continued(double time_us);
     void follow_clock(Stream& stream, DeviceTime now);
     void tick();
 
@@ -110,8 +115,10 @@ private:
     host::LimitedNotice notice_;
     TextRows rows_;
     int sender_ = 0;
-    std::vector<TextFrame> first_frames_;  // until the timing is known
+    std::vector<TextFrame> first_frames_;  // until the timing is known; later those of a clock that may have started again
     bool has_begun_ = false;
+    bool has_new_clock_ = false;  // with the next line
+    Microseconds offset_;         // of the times of poses from those of the lines
     bool discards_ = false;
     bool is_silent_ = false;
     bool is_of_coils_ = false;  // the wiring of this sender's columns is corrected already

@@ -14,11 +14,8 @@ namespace {
 
 using tracking::TrackerState;
 
-Json json_of(const TourPlace& tour) {
-    return tour.step < 0 ? Json() : Json{{"step", tour.step}, {"compensated", tour.compensated}, {"speed", tour.speed}};
-}
-
 Json json_of(const PageStatus& status) {
+    const TourPlace& tour = status.tour;
     Json confined_to = Json::array();
     for (const Vec3<double>& towards : status.confinement) {
         confined_to.push_back({towards.x(), towards.y(), towards.z()});
@@ -34,7 +31,13 @@ Json json_of(const PageStatus& status) {
               {"now_ms", 1e-3 * static_cast<double>(to_us(status.now))},
               {"health", health_json(status.health)},
               {"confined_to", confined_to},
-              {"tour", json_of(status.tour)}};
+              {"tour", nullptr}};
+    if (tour.step >= 0) {
+        json["tour"] = {{"step", tour.step},
+                        {"compensated", tour.compensated},
+                        {"speed", tour.speed},
+                        {"other_mm", 1e3 * status.other_error_m}};
+    }
     if (!status.levels.is_null()) {
         json["levels"] = status.levels;
     }

@@ -17,6 +17,10 @@ class ExpectedError {
 public:
     /// After this pose, in metres; NaN if the last second has no valid pose.
     double after(const tracking::PoseEstimate<double>& pose) {
+        return after(pose, pose.covariance.topLeftCorner<3, 3>().trace());
+    }
+    /// The same of another length, given by its square.
+    double after(const tracking::PoseEstimate<double>& pose, double square_m2) {
         constexpr Microseconds kSpan{1'000'000};
         constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
         if (pose.sensor >= sensors_.size()) {
@@ -24,14 +28,14 @@ public:
         }
         auto& recent = sensors_[pose.sensor];
         if (pose.valid()) {
-            recent.emplace_back(pose.time, pose.covariance.topLeftCorner<3, 3>().trace());
+            recent.emplace_back(pose.time, square_m2);
         }
         while (!recent.empty() && (pose.time - recent.front().first > kSpan || pose.time < recent.front().first)) {
             recent.pop_front();  // too old, or of a clock that has begun anew
         }
         double sum_m2 = 0;
-        for (const auto& [time, variance_m2] : recent) {
-            sum_m2 += variance_m2;
+        for (const auto& [time, square] : recent) {
+            sum_m2 += square;
         }
         return recent.empty() ? kNone : std::sqrt(sum_m2 / static_cast<double>(recent.size()));
     }

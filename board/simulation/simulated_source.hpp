@@ -33,6 +33,12 @@ struct SimulatedBoard {
         return params;
     }
 
+    /// Of a sensor, in the source frame.
+    [[nodiscard]] solver::RigidPose<double> true_pose(std::size_t sensor, DeviceTime time) const {
+        const sim::Pose pose = stations.motion(sensor).at(clock.elapsed_s(time));
+        return {pose.position_m, pose.q_source_sensor};
+    }
+
     const SimulationSetup setup;
     Stations stations;
     sim::SimulatedClock clock;

@@ -17,21 +17,24 @@ Json tour_steps() {
         return Json{{"name", name}, {"shows", shows}, {"scenario", scenario}, {"compensated", compensated}, {"faults", faults}};
     };
     return {
-        step("a hand", "A hand moves the sensor: the ghost is its true pose, the arrow the error of the estimate, enlarged.",
+        step("a hand",
+             "A simulated hand moves the sensor. Error: distance from the true position, which only a simulation knows. Expected "
+             "error: what the tracker itself states.",
              "hand"),
         step("motion error",
-             "The coils are measured in turn; if three measurements of different times are taken as simultaneous, motion causes "
-             "an error that grows with its speed, here of some millimetres.",
+             "The coils are measured in turn. Without motion compensation, three measurements of different times count as "
+             "simultaneous: the error grows with the speed, here to some millimetres.",
              "circle", false),
         step("motion compensation",
-             "The same circle: the filter uses each measurement at its own time, and the motion error is gone.", "circle"),
+             "The same circle with motion compensation: a filter uses each measurement at its own time. The error of the motion "
+             "is gone.",
+             "circle"),
         step("metal",
-             "An aluminium sphere of 16 cm beside the hand bends the field: the expected error grows, and poses are flagged if "
-             "it shows.",
+             "An aluminium sphere of 16 cm beside the hand bends the field: the error grows with both methods, and the expected "
+             "error too.",
              "hand", true, {"metal:0.6,0.35,0,0.08"}),
         step("unplugged sensor",
-             "After 2 s the sensor is unplugged, and its poses become invalid; after 5 s it is plugged in again, and tracking "
-             "resumes.",
+             "After 2 s the sensor is unplugged: no pose is usable. After 5 s it is plugged in again, and tracking resumes.",
              "hand", true, {"unplugged@2-5"}),
     };
 }

@@ -20,6 +20,7 @@ public:
         status_.controls = "open";
         status_.confinement = {simulation_.board().setup.hemisphere};
         status_.tour = place;
+        other_.begin({make_tracker(options, simulation_.board().setup)});
     }
 
     /// Simulates `seconds`. Returns the event with their poses.
@@ -30,6 +31,7 @@ public:
         }
         status_.health = stream_.health();
         status_.levels = levels_.newer(levels_seen_);
+        status_.other_error_m = other_.error_m();
         status_.now = utc_now();
         for (ServedPose& served : poses_) {
             served.utc = status_.now - (simulation_.board().clock.now() - served.pose.time);
@@ -38,11 +40,14 @@ public:
     }
 
 private:
-    void do_column(const MeasuredColumn<double>& column) override { levels_.take(column); }
+    void do_column(const MeasuredColumn<double>& column) override {
+        levels_.take(column);
+        other_.column(column);
+    }
     void do_pose(const tracking::PoseEstimate<double>& estimate) override {
-        const SimulatedBoard& board = simulation_.board();
-        const sim::Pose truth = board.stations.motion(0).at(board.clock.elapsed_s(estimate.time));
-        poses_.push_back({estimate, {}, expected_.after(estimate), TruePose{truth.position_m, truth.q_source_sensor}});
+        const TruePose truth = simulation_.board().true_pose(0, estimate.time);
+        other_.truth(0, estimate.time, truth);
+        poses_.push_back({estimate, {}, expected_.after(estimate), truth});
     }
 
     OwnSimulation simulation_;
@@ -51,6 +56,7 @@ private:
     std::vector<ServedPose> poses_;
     ExpectedError expected_;
     web::PageLevels levels_;
+    web::OtherMethod other_;
     std::uint64_t levels_seen_ = 0;
     web::PageStatus status_;
 };

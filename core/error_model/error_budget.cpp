@@ -86,7 +86,7 @@ template SystematicErrors<float> systematic_errors(const MotionState<float>&, co
 template ErrorBudget<float> error_budget(const MotionState<float>&, float, const BudgetParams<float>&);
 template SystematicErrors<float> timing_errors(const MotionState<float>&, const BoardTiming<float>&);
 template ErrorBudget<float> budget_of(const SystematicErrors<float>&, const Mat6<float>&, float);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);
 template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
 template SystematicErrors<double> timing_errors(const MotionState<double>&, const BoardTiming<double>&);

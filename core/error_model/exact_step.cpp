@@ -80,7 +80,7 @@ template RelativePose<float> relative_pose(const solver::AnglePose<float>&, cons
 template Result<solver::TrackingIncrements<float>> exact_increments(const RelativePose<float>&, float);
 template Result<PoseAngleError<float>> exact_step_error(const solver::AnglePose<float>&, const solver::AnglePose<float>&,
                                                         const solver::AnglePose<float>&);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template RelativePose<double> relative_pose(const solver::AnglePose<double>&, const solver::AnglePose<double>&);
 template Result<solver::TrackingIncrements<double>> exact_increments(const RelativePose<double>&, double);
 template Result<PoseAngleError<double>> exact_step_error(const solver::AnglePose<double>&, const solver::AnglePose<double>&,

@@ -93,7 +93,7 @@ PoseError<Scalar> blur_error(const MotionState<Scalar>& state, Scalar window_s) 
 template PoseError<float> matrix_error(const MotionState<float>&, const Mat3<float>&);
 template PoseError<float> skew_error(const MotionState<float>&, const Vec3<float>&);
 template PoseError<float> blur_error(const MotionState<float>&, float);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template PoseError<double> matrix_error(const MotionState<double>&, const Mat3<double>&);
 template PoseError<double> skew_error(const MotionState<double>&, const Vec3<double>&);
 template PoseError<double> blur_error(const MotionState<double>&, double);

@@ -77,7 +77,7 @@ PoseError<Scalar> frame_propagation_error(const MotionState<Scalar>& state, Scal
 
 template PoseError<float> linearization_error(const MotionState<float>&, float, StepForm);
 template PoseError<float> frame_propagation_error(const MotionState<float>&, float);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template PoseError<double> linearization_error(const MotionState<double>&, double, StepForm);
 template PoseError<double> frame_propagation_error(const MotionState<double>&, double);
 #endif

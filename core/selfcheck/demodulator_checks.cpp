@@ -49,7 +49,7 @@ void check_demodulator(Report& report) {
 }
 
 template void check_demodulator<float>(Report&);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template void check_demodulator<double>(Report&);
 #endif
 

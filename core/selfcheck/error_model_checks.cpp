@@ -98,7 +98,7 @@ void check_error_model(Report& report) {
 
 template void check_examples<float>(Report&);
 template void check_error_model<float>(Report&);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template void check_examples<double>(Report&);
 template void check_error_model<double>(Report&);
 #endif

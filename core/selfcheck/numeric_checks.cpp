@@ -68,7 +68,7 @@ void check_arithmetic(Report& report) {
 }
 
 template void check_arithmetic<float>(Report&);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template void check_arithmetic<double>(Report&);
 #endif
 

@@ -177,7 +177,7 @@ void check_solver(Report& report) {
 
 template void check_direct<float>(Report&);
 template void check_solver<float>(Report&);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template void check_direct<double>(Report&);
 template void check_solver<double>(Report&);
 #endif

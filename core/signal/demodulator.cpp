@@ -167,7 +167,7 @@ MeasuredColumn<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block
 }
 
 template class Demodulator<float>;
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template class Demodulator<double>;
 #endif
 

@@ -94,7 +94,7 @@ template ChannelPhasors<float> lock_in(const Oscillator<float>&, std::span<const
 template ChannelPhasors<float> hum_leakage(const Oscillator<float>&, const std::array<float, kChannels>&, std::size_t);
 template std::array<float, kChannels> hum_step(std::span<const Oscillator<float>>, std::span<const ChannelPhasors<float>>,
                                                std::span<const Sample>);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template ChannelPhasors<double> lock_in(const Oscillator<double>&, std::span<const Sample>);
 template ChannelPhasors<double> hum_leakage(const Oscillator<double>&, const std::array<double, kChannels>&, std::size_t);
 template std::array<double, kChannels> hum_step(std::span<const Oscillator<double>>, std::span<const ChannelPhasors<double>>,

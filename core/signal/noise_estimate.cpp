@@ -59,7 +59,7 @@ std::array<Scalar, kChannels> NoiseEstimator<Scalar>::sample_sigma(std::span<con
 }
 
 template class NoiseEstimator<float>;
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template class NoiseEstimator<double>;
 #endif
 

@@ -261,11 +261,11 @@ Result<ColdSolution<Scalar>> solve_cold(const Model<Scalar>& model, const Mat3<S
     return search.best();
 }
 
-#if TRICOIL_FLOAT_TRACKERS
+#if TRICOIL_SCALARS & 1  // float
 template Result<ColdSolution<float>> solve_cold(const Model<float>&, const Mat3<float>&, const Mat3<float>&,
                                                 const ColdStartParams<float>&);
 #endif
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template Result<ColdSolution<double>> solve_cold(const Model<double>&, const Mat3<double>&, const Mat3<double>&,
                                                  const ColdStartParams<double>&);
 #endif

@@ -71,7 +71,7 @@ Result<DirectSolution<Scalar>> solve_direct(const Mat3<Scalar>& x, Scalar coupli
 }
 
 template Result<DirectSolution<float>> solve_direct(const Mat3<float>&, float);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template Result<DirectSolution<double>> solve_direct(const Mat3<double>&, double);
 #endif
 

@@ -34,7 +34,7 @@ Result<DirectSolution<Scalar>> solve_near_metal(const field::InducedDipoles<Scal
 
 template Result<DirectSolution<float>> solve_near_metal(const field::InducedDipoles<float>&, const Mat3<float>&, float,
                                                         const Vec3<float>&, const Mat3<float>&);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template Result<DirectSolution<double>> solve_near_metal(const field::InducedDipoles<double>&, const Mat3<double>&, double,
                                                          const Vec3<double>&, const Mat3<double>&);
 #endif

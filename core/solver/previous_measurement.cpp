@@ -119,7 +119,7 @@ template Result<TrackingIncrements<float>> tracking_increments(const Mat3<float>
 template Result<AnglePose<float>> add_increments(const AnglePose<float>&, const TrackingIncrements<float>&);
 template Result<AnglePose<float>> step_angles(const Mat3<float>&, float, const AnglePose<float>&, int);
 template Result<VectorPose<float>> step_vectors(const Mat3<float>&, float, const VectorPose<float>&, int);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template Result<TrackingIncrements<double>> tracking_increments(const Mat3<double>&, double);
 template Result<AnglePose<double>> add_increments(const AnglePose<double>&, const TrackingIncrements<double>&);
 template Result<AnglePose<double>> step_angles(const Mat3<double>&, double, const AnglePose<double>&, int);

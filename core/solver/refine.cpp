@@ -200,13 +200,13 @@ Result<Minimum<Scalar>> minimise(const field::GeneralDipole<Scalar>& model, cons
     return Iteration<Scalar>(model, x, weights, start, params).run();
 }
 
-#if TRICOIL_FLOAT_TRACKERS
+#if TRICOIL_SCALARS & 1  // float
 template Result<Refinement<float>> refine(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
                                           const RigidPose<float>&, const RefineParams<float>&);
 template Result<Minimum<float>> minimise(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
                                          const RigidPose<float>&, const RefineParams<float>&);
 #endif
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template Result<Refinement<double>> refine(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
                                            const RigidPose<double>&, const RefineParams<double>&);
 template Result<Minimum<double>> minimise(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,

@@ -315,11 +315,11 @@ Result<SingleCoilSolution<Scalar>> solve_single_coil(const field::Generator<Scal
     return best;
 }
 
-#if TRICOIL_FLOAT_TRACKERS
+#if TRICOIL_SCALARS & 1  // float
 template Result<SingleCoilSolution<float>> solve_single_coil(const field::Generator<float>&, const CoilCouplings<float>&,
                                                              const SingleCoilParams<float>&);
 #endif
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template Result<SingleCoilSolution<double>> solve_single_coil(const field::Generator<double>&, const CoilCouplings<double>&,
                                                               const SingleCoilParams<double>&);
 #endif

@@ -213,7 +213,7 @@ Status check(const TrackerParams<Scalar>& params) {
 
 template void set_plan(CommonParams<float>&, const signal::AcquisitionPlan&);
 template Status check(const TrackerParams<float>&);
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template void set_plan(CommonParams<double>&, const signal::AcquisitionPlan&);
 template Status check(const TrackerParams<double>&);
 #endif

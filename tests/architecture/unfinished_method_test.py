@@ -22,7 +22,7 @@ NEEDS = {  # the part, the name in the error, the code that needs it
 
 
 def first_error(compiler, folders, code):
-    command = [compiler, "-std=c++20", "-fsyntax-only", "-DTRICOIL_DOUBLE=1", *(f"-I{folder}" for folder in folders), "-x", "c++", "-"]
+    command = [compiler, "-std=c++20", "-fsyntax-only", *(f"-I{folder}" for folder in folders), "-x", "c++", "-"]
     done = subprocess.run(command, input=code, capture_output=True, text=True)
     return next((line for line in done.stderr.splitlines() if " error: " in line), "")
 

@@ -88,7 +88,8 @@ async function whileSending(send, wait) {
   }
 }
 
-const pictureOf = (page, id) => page.locator(id).screenshot();
+// Without the answer to a key, which lies over the scene for some seconds.
+const pictureOf = (page, id) => page.locator(id).screenshot({style: '#answer { visibility: hidden !important; }'});
 const text = (page, id) => page.textContent(id);
 const save = (page, folder, name) => folder ? page.screenshot({path: path.join(folder, `${name}.png`)}) : null;
 

@@ -24,17 +24,24 @@ function serve(program, options) {
   });
 }
 
-async function openSetup(browser, url, options = {}) {
-  const own = await browser.newContext({viewport: {width: 1400, height: 900}, ...options});
+// A narrow page shows the set-up without the scene, which is rendered in software and keeps a slow machine busy.
+const kNarrow = {viewport: {width: 800, height: 700}};
+const kWide = {width: 1000, height: 700};
+
+async function openSetup(browser, url, options) {
+  const own = await browser.newContext(options);
   const page = await own.newPage();
-  page.setDefaultTimeout(60000);
+  page.setDefaultTimeout(120000);  // rendered in software: on a busy machine each step may take long
   const errors = [];
   page.on('pageerror', error => errors.push(String(error)));
   await page.goto(url);
   await page.waitForFunction(() => window.tricoil?.firstPictureMs).catch(error => {
     throw new Error(`the page does not start: ${errors.join('; ')} ${error.message}`);
   });
-  await page.evaluate(() => document.querySelector('#open_setup').click());
+  await page.evaluate(() => {
+    const tab = document.querySelector('#tabs [data-pane=setup]');
+    (tab.checkVisibility() ? tab : document.querySelector('#open_setup')).click();
+  });
   const says = (id, pattern) => page.waitForFunction(
       ([id, source]) => new RegExp(source).test(document.querySelector(id).textContent), [id, pattern.source]);
   return {own, page, errors, says};
@@ -44,7 +51,7 @@ async function wiring(browser, program, folder, check, pictures) {
   const scenario = path.join(folder, 'rest.toml');
   fs.writeFileSync(scenario, kRest);
   const server = await serve(program, ['--scenario', scenario, '--record-folder', path.join(folder, 'rest')]);
-  const {own, page, errors, says} = await openSetup(browser, server.web_controls);
+  const {own, page, errors, says} = await openSetup(browser, server.web_controls, kNarrow);
   await says('#setup_device', /connected/);
   await says('#setup_coils', /Source coils: current found; sensor 1 found, \d+ dB/);
   check(true, `device and coils are named: ${await text(page, '#setup_device')} ${await text(page, '#setup_coils')}`);
@@ -65,7 +72,7 @@ async function wiring(browser, program, folder, check, pictures) {
   await says('#setup_wiring', /The wiring is straight/);
   check(true, 'the wiring of the simulation is straight');
 
-  const second = await openSetup(browser, server.web_controls);
+  const second = await openSetup(browser, server.web_controls, kNarrow);
   await second.says('#setup_note', /another page sets up this device; close the set-up there first/);
   check(
       await second.page.isDisabled('#check_wiring') && await second.page.isDisabled('#start_motion'),
@@ -83,10 +90,11 @@ async function wiring(browser, program, folder, check, pictures) {
   await page.waitForFunction(() => !document.querySelector('#check_wiring').disabled);
   check(true, 'a page that is closed leaves the set-up to others');
 
-  const watching = await openSetup(browser, server.web);
+  const watching = await openSetup(browser, server.web, kNarrow);
   check(/link with the token/.test(await text(watching.page, '#setup_note')) && await watching.page.isDisabled('#check_wiring'), 'without the token there is no set-up');
   await watching.own.close();
   await page.waitForFunction(() => document.body.dataset.usable === 'true');
+  await page.setViewportSize(kWide);
   await page.click('#choose_side');
   await page.waitForFunction(() => document.querySelectorAll('#setup_sides button').length === 2);
   await page.waitForTimeout(500);
@@ -106,7 +114,7 @@ async function wiring(browser, program, folder, check, pictures) {
 
 async function calibration(browser, program, folder, check, pictures) {
   const server = await serve(program, ['--scenario', 'hand', '--speed', '3', '--record-folder', path.join(folder, 'hand')]);
-  const {own, page, errors, says} = await openSetup(browser, server.web_controls);
+  const {own, page, errors, says} = await openSetup(browser, server.web_controls, pictures ? {viewport: {width: 1400, height: 900}} : kNarrow);
   await page.fill('#constant', '-1');
   await page.click('#start_motion');
   await says('#setup_calibration', /must be a number above 0/);

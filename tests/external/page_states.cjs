@@ -38,7 +38,7 @@ async function twoSensors(browser, html, check, pictures) {
       'the second sensor can be chosen, and has its own boresight');
   await wait(() => document.body.dataset.link === 'live' && document.body.dataset.quality === 'good');
   await save(page, pictures, 'two-sensors');
-  check(/3 sigma ellipsoid, drawn x\d+/.test(await text(page, '#ellipsoid')), `the ellipsoid tells its scale: ${await text(page, '#ellipsoid')}`);
+  check(/ellipsoid: 3 × expected error, drawn x\d+/.test(await text(page, '#ellipsoid')), `the ellipsoid tells its scale: ${await text(page, '#ellipsoid')}`);
   // The colours of a trail change with its age. A busy machine draws the scene without trails only with later poses.
   const cleared = await page.evaluate(() => {
     window.tricoil.scene.sensors.forEach(view => view.trail.clear());
@@ -95,7 +95,7 @@ async function twoSensors(browser, html, check, pictures) {
 const kTroubles = [
   ['no_reference', 'bad', /No source current/, /power and the cable of the source/], ['no_sensor', 'bad', /No sensor found/, /plug and the cable/],
   ['saturated', 'bad', /saturated/, /away from the source/], ['low_signal', 'bad', /too weak/, /closer to the source/],
-  ['distorted', 'caution', /Metal disturbs the field: position off by about 6.50 mm/, /Remove metal/],
+  ['distorted', 'caution', /Metal disturbs the field: distortion of about 6.50 mm/, /Remove metal/],
   ['columns_missing', 'caution', /missing/, /link to the device/],
   ['roll_undefined', 'caution', /roll is undefined/, /x axis/]
 ];

@@ -16,7 +16,14 @@ const truth = mm => [kPlace_m[0] - mm / 1000, kPlace_m[1], kPlace_m[2], 1, 0, 0,
 /// What the scene shows of the truth.
 const drawn = page => page.evaluate(() => {
   const view = window.tricoil.scene.sensors.get(0).truth;
-  return {ghost: view.ghost.visible, arrow: view.arrow.visible, length_mm: 1000 * (view.shaft.scale.y + view.head.scale.y)};
+  const color = getComputedStyle(document.querySelector('#truth')).color.match(/\d+/g).map(v => Number(v).toString(16).padStart(2, '0')).join('');
+  return {
+    ghost: view.ghost.visible,
+    arrow: view.arrow.visible,
+    labelled: view.name.visible && view.errorName.visible && view.labelled,
+    sameColor: view.shaft.material.color.getHexString() === color,
+    length_mm: 1000 * (view.shaft.scale.y + view.head.scale.y)
+  };
 });
 
 async function steps(browser, html, check, pictures) {
@@ -51,9 +58,10 @@ async function steps(browser, html, check, pictures) {
   check(await text(page, '#source') === 'simulation' && await text(page, '#error_with') === '–', 'the page says that it is a simulation');
   send(3, 3);
   await wait(() => window.tricoil.scene.sensors.get(0).truth.shaft.scale.y > 0.01);
-  const {length_mm} = await drawn(page);
+  const {length_mm, labelled, sameColor} = await drawn(page);
+  check(labelled === 20 && sameColor, 'true sensor and error have labels in the scene, in the colour of the legend');
   check(
-      Math.abs(length_mm - 30) < 0.01 && /arrow: error, drawn x10/.test(await text(page, '#truth')),
+      Math.abs(length_mm - 60) < 0.01 && /true sensor . error, drawn x20/.test(await text(page, '#truth')),
       `an error of 3 mm is an arrow of ${length_mm.toFixed(1)} mm from the true sensor, and the scale is stated`);
   await page.evaluate(() => {
     const choice = document.querySelector('#error_scale');
@@ -142,6 +150,8 @@ async function demo(browser, check, program) {
     await page.waitForFunction(() => window.tricoil.tour.place.speed === 2 && /\d/.test(document.getElementById('error_without').textContent));
     const fast = Number(await text(page, '#error_without'));
     check(fast > 1.5 * without, `a hand twice as fast has an error of ${fast} mm, otherwise ${without} mm`);
+    for (const step of [0, 3])
+      check(await error(step, 'error_without') > 0.5, `step ${step + 1} shows both errors: ${await text(page, '#error_without')} mm without compensation`);
     check(without > 1 && compensated < 0.2 * without, `the demo's motion error falls from ${without} mm to ${compensated} mm`);
     for (const speed of [0, 1e9, -1, 'x', null]) {
       const ask = body => fetch('control', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(body)});

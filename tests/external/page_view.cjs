@@ -61,13 +61,13 @@ async function errorsAndAxes(browser, html, check) {
   more = {covariance: [1e-6, 0, 0, 4e-6, 0, 4e-6]};
   await during(() => wait(() => window.tricoil.newest.covariance[0] === 1e-6));
   check(
-      Math.abs(await reach() / before - 10) < 1e-3 && /drawn x10$/.test(await text(page, '#ellipsoid')),
+      Math.abs(await reach() / before - 10) < 1e-3 && /drawn x20$/.test(await text(page, '#ellipsoid')),
       'an ellipsoid of ten times the deviation is ten times as large');
   await during(async () => {
     await page.selectOption('#error_scale', '50');
     await wait(() => /drawn x50$/.test(document.querySelector('#ellipsoid').textContent));
   });
-  check(Math.abs(await reach() / before - 50) < 1e-2, 'the user changes the scale');
+  check(Math.abs(await reach() / before - 25) < 1e-2, 'the user changes the scale');
 
   const height = () => page.evaluate(() => window.tricoil.scene.view.camera.position.z);
   check(/z points down/.test(await text(page, '#axis')) && await height() < 0, 'the page says that z points down');

@@ -1,14 +1,14 @@
-// The live page in headless Chromium: connects, shows motion, sends commands, reconnects after a server restart; foreign origins are refused.
-//   node web_page.cjs FOLDER_OF_NODE_MODULES TRICOIL [FOLDER_FOR_SCREENSHOTS]
+// The live page in headless Chromium, in parts. Part `server`: with `tricoil serve` it connects, shows motion, sends commands, and reconnects
+// after a restart; foreign origins are refused. The other parts are the files page_*.cjs.
+//   node web_page.cjs FOLDER_OF_NODE_MODULES PART|all TRICOIL [FOLDER_FOR_SCREENSHOTS]
 const {spawn} = require('child_process');
 const fs = require('fs');
 const http = require('http');
 const os = require('os');
 const path = require('path');
 const {gzipSync} = require('zlib');
-const parts = ['page_states', 'page_tour', 'page_view', 'page_plots', 'page_layout', 'page_work', 'page_access', 'page_trouble', 'page_setup'].map(
-    name => require(`./${name}.cjs`));
-const [modules, program, pictures] = process.argv.slice(2);
+const kParts = ['states', 'tour', 'view', 'plots', 'layout', 'work', 'access', 'trouble', 'setup'];
+const [modules, chosen, program, pictures] = process.argv.slice(2);
 const {chromium} = require(path.join(modules, 'node_modules', 'playwright-core'));
 
 function check(condition, what) {
@@ -24,6 +24,11 @@ function serve(port, folder) {
     child.once('exit', code => reject(new Error(`tricoil serve ended with ${code}`)));
     child.stdout.once('data', data => resolve({child, url: JSON.parse(data).web, controls: JSON.parse(data).web_controls}));
   });
+}
+
+function end({child}) {
+  child.removeAllListeners('exit');
+  child.kill('SIGKILL');
 }
 
 function request(url, options, body) {
@@ -133,16 +138,12 @@ async function withoutWebGl(url) {
   }
 }
 
-async function main() {
+/// The page with `tricoil serve`.
+async function pageServer(browser, html) {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'tricoil_web_'));
   let server = await serve(0, folder);
   const port = Number(new URL(server.url).port);
-  // Only the 3D view is drawn as by a graphics processor: emulating it for the rest of the page, as Chromium would, takes longer.
-  const drawing =
-      ['--use-gl=angle', '--use-angle=swiftshader', '--disable-gpu-rasterization', '--disable-accelerated-2d-canvas', '--disable-gpu-compositing'];
-  const browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: ['--no-sandbox', ...drawing]});
   try {
-    const html = (await request(server.url, {})).text;
     const size = Buffer.byteLength(html);
     check(size < 1e6 && gzipSync(html).length < 1e6 / 4, `the page has ${size} bytes, compressed ${gzipSync(html).length}`);
     await refuseStrangers(server.url, server.controls);
@@ -202,8 +203,7 @@ async function main() {
     check(true, 'the hemisphere was set');
     await recordAndPlay(page, server, folder);
 
-    server.child.removeAllListeners('exit');
-    server.child.kill('SIGKILL');
+    end(server);
     await page.waitForFunction(() => document.body.dataset.link === 'down');
     server = await serve(port, folder);
     await page.waitForFunction(() => document.body.dataset.link === 'live');
@@ -219,13 +219,33 @@ async function main() {
     check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page fits the screen of a phone');
     if (pictures) await phone.screenshot({path: path.join(pictures, 'phone.png')});
     for (const open of [page, phone]) await open.close();  // their drawing would slow down the others
-    for (const part of parts) await part(browser, html, check, pictures, program);
     await withoutWebGl(server.url);
   } finally {
-    await browser.close();
-    server.child.removeAllListeners('exit');
-    server.child.kill('SIGKILL');
+    end(server);
     fs.rmSync(folder, {recursive: true, force: true});
+  }
+}
+
+/// The page as `tricoil serve` sends it.
+async function pageOf() {
+  const server = await serve(0, os.tmpdir());
+  const {text} = await request(server.url, {});
+  end(server);
+  return text;
+}
+
+async function main() {
+  const parts = {server: pageServer, ...Object.fromEntries(kParts.map(name => [name, require(`./page_${name}.cjs`)]))};
+  if (chosen !== 'all' && !parts[chosen]) throw new Error(`there is no part '${chosen}'; there are ${Object.keys(parts).join(', ')} and all`);
+  const html = await pageOf();
+  // Only the 3D view is drawn as by a graphics processor: emulating it for the rest of the page, as Chromium would, takes longer.
+  const drawing =
+      ['--use-gl=angle', '--use-angle=swiftshader', '--disable-gpu-rasterization', '--disable-accelerated-2d-canvas', '--disable-gpu-compositing'];
+  const browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: ['--no-sandbox', ...drawing]});
+  try {
+    for (const part of chosen === 'all' ? Object.values(parts) : [parts[chosen]]) await part(browser, html, check, pictures, program);
+  } finally {
+    await browser.close();
   }
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -13,6 +14,9 @@
 #include "board/page/page_levels.hpp"
 #include "board/page/pose_event.hpp"
 #include "board/record/recorder.hpp"
+#include "board/simulation/simulated_source.hpp"
+#include "board/simulation/tour.hpp"
+#include "board/stream/stream_loop.hpp"
 #include "board/support/errors.hpp"
 #include "tests/cli/cli_runner.hpp"
 
@@ -125,9 +129,64 @@ TEST(PageLevels, AreThoseOfEachSensorSecondBySecond) {
 TEST(PoseEvent, SaysWhereTheTourIs) {
     host::web::PageStatus status;
     status.tour = {2, false, 1.5F};
-    const std::string text = host::web::pose_event({}, status, nullptr);
-    const auto tour = nlohmann::json::parse(text.substr(6))["status"]["tour"];
-    EXPECT_EQ(tour, nlohmann::json({{"step", 2}, {"compensated", false}, {"speed", 1.5}}));
+    status.other_error_m = 0.25;
+    const auto tour = [&] {
+        return nlohmann::json::parse(host::web::pose_event({}, status, nullptr).substr(6))["status"]["tour"];
+    };
+    EXPECT_EQ(tour(), nlohmann::json({{"step", 2}, {"compensated", false}, {"speed", 1.5}, {"other_mm", 250.0}}));
+    status.other_error_m = std::nan("");
+    EXPECT_TRUE(tour()["other_mm"].is_null()) << "it is unknown";
+    status.tour = {};
+    EXPECT_TRUE(tour().is_null());
+}
+
+/// Errors of a step of the tour, RMS over its last second.
+struct StepErrors {
+    double shown_m = 0;  // of the method that it shows
+    double other_m = 0;
+};
+
+class StepRun final : public tracking::TrackerTap<double> {
+public:
+    StepRun(const char* name, bool compensated, double seconds) {
+        const auto steps = host::tour_steps();
+        const auto step = std::find_if(steps.begin(), steps.end(), [&](const auto& each) { return each["name"] == name; });
+        const auto options = host::tour_options(*step, compensated, 1);
+        host::OwnSimulation simulation(options, *this);
+        other_.begin({host::make_tracker(options, simulation.board().setup)});
+        board_ = &simulation.board();
+        host::StreamLoop loop(simulation.source(), {});
+        while (board_->clock.elapsed_s() < seconds && loop.step({})) {
+        }
+    }
+    [[nodiscard]] StepErrors errors() const { return {shown_m_, other_.error_m()}; }
+
+private:
+    void do_column(const MeasuredColumn<double>& column) override { other_.column(column); }
+    void do_pose(const tracking::PoseEstimate<double>& pose) override {
+        const auto truth = board_->true_pose(0, pose.time);
+        other_.truth(0, pose.time, truth);
+        shown_m_ = shown_.after(pose, (pose.position_m - truth.position_m).squaredNorm());
+    }
+
+    const host::SimulatedBoard* board_ = nullptr;
+    host::web::OtherMethod other_;
+    host::ExpectedError shown_;
+    double shown_m_ = std::nan("");
+};
+
+TEST(OtherMethod, HasTheErrorThatTheOtherStepShows) {
+    const auto compensated = StepRun("motion compensation", true, 3).errors();
+    const auto not_compensated = StepRun("motion error", false, 3).errors();
+    EXPECT_GT(not_compensated.shown_m, 5 * compensated.shown_m);
+    EXPECT_NEAR(compensated.other_m, not_compensated.shown_m, 1e-9);
+    EXPECT_NEAR(not_compensated.other_m, compensated.shown_m, 1e-9);
+}
+
+TEST(OtherMethod, HasNoErrorWithoutASensor) {
+    EXPECT_TRUE(std::isnan(StepRun("unplugged sensor", true, 4).errors().other_m));
+    EXPECT_TRUE(std::isnan(StepRun("unplugged sensor", false, 4).errors().other_m));
+    EXPECT_GT(StepRun("unplugged sensor", true, 6.5).errors().other_m, 0);
 }
 
 TEST(PoseEvent, BeginsWithTheNamesThatAPageNeeds) {

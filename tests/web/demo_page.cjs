@@ -85,6 +85,7 @@ async function steps(demo) {
   await page.click('#tour_next');
   await wait(() => window.tricoil.tour.place.step === 4);
   await wait(() => document.body.dataset.usable === 'false' && /sensor/i.test(document.querySelector('#reason').textContent));
+  check(/no_sensor/.test(await text('#flags')) && !/no_sensor/.test(await text('#guide')), 'its flags are among the levels, the sentence is for people');
   await save(page, 'demo-5');
   await wait(() => document.body.dataset.usable === 'true');
   check(true, 'the unplugged sensor is lost, and comes back');

@@ -18,6 +18,7 @@
 #include "board/host/run/simulated_run.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/web/page_output.hpp"
+#include "board/record/tap_fan_out.hpp"
 #include "board/simulation/tour.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
@@ -65,11 +66,12 @@ RunOptions run_options(const Json& step, const web::TourPlace& place) {
 }
 
 /// Runs a step in real time until `is_over`. Returns the errors of its poses against the true motion.
-ScoreSummary run_step(const RunOptions& options, PoseHub& hub, const TrackerControl& control,
+ScoreSummary run_step(const RunOptions& options, PoseHub& hub, web::Tour& tour, const TrackerControl& control,
                       const std::function<bool()>& is_over) {
     const BorrowedInterrupt end_of_step(is_over);
+    TapFanOut taps{&hub, &tour.other};
     RunObservers observers;
-    observers.tap = &hub;
+    observers.tap = &taps;
     observers.loop.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };
     observers.loop.is_paused = [&control] { return !control.running(); };
     return run_simulated(options, observers).score;
@@ -165,7 +167,7 @@ int run_tour(const DemoCommand& command) {
         }
         pacer.begin_step();
         const Json result =
-            step_result(step, run_step(run_options(step, place), hub, control, [&] { return pacer.is_step_over(); }));
+            step_result(step, run_step(run_options(step, place), hub, tour, control, [&] { return pacer.is_step_over(); }));
         print_now(command.json ? result.dump() + "\n" : step_text(result));
     }
     server.stop();

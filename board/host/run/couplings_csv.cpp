@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kFirst = 3;  // matrices at the start of a rest that are left out
 
-bool is_same(const sim::Pose& a, const sim::Pose& b) {
+bool is_same(const solver::RigidPose<double>& a, const solver::RigidPose<double>& b) {
     return a.position_m == b.position_m && a.q_source_sensor.coeffs() == b.q_source_sensor.coeffs();
 }
 
@@ -21,7 +21,7 @@ CouplingsCsv::CouplingsCsv(const std::string& path) : file_(path) {
     file_.write("\n");
 }
 
-void CouplingsCsv::add(const Mat3<double>& x, const sim::Pose& truth) {
+void CouplingsCsv::add(const Mat3<double>& x, const solver::RigidPose<double>& truth) {
     if (!pose_ || !is_same(*pose_, truth)) {
         end_pose();
         pose_ = truth;

@@ -7,7 +7,6 @@
 
 #include "board/support/output_file.hpp"
 #include "core/tracking/tracker_tap.hpp"
-#include "sim/motion/motion.hpp"
 
 namespace tricoil::host {
 
@@ -20,7 +19,7 @@ public:
     explicit CouplingsCsv(const std::string& path);
 
     /// x: of the columns that the tap took last.
-    void add(const Mat3<double>& x, const sim::Pose& truth);
+    void add(const Mat3<double>& x, const solver::RigidPose<double>& truth);
 
     /// Writes the last pose and moves the file into place; without a pose no file remains. Returns the number of poses. Throws
     /// like OutputFile::commit().
@@ -36,7 +35,7 @@ private:
     void end_pose();
 
     OutputFile file_;
-    std::optional<sim::Pose> pose_;
+    std::optional<solver::RigidPose<double>> pose_;
     std::size_t poses_ = 0;  // written
     int matrices_ = 0;       // of this pose
     Couplings last_;

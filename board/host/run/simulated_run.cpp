@@ -37,8 +37,6 @@ void refuse_wav(const RunOptions& options) {
               "--record-wav - and --out - or --json-lines - exclude each other: both write to standard output");
 }
 
-TruePose true_pose(const sim::Pose& pose) { return {pose.position_m, pose.q_source_sensor}; }
-
 /// What runs of all trackers have in common.
 struct Run {
     const RunOptions& options;
@@ -194,9 +192,7 @@ void run_in_double(const Run& run, RunReport& report) {
     SmoothingTap smoothing([&](const SmoothedPose& smoothed) { smoothed_score.add(smoothed.pose); });
     TapFanOut taps{run.observers.tap, recorder ? &*recorder : nullptr, options.smooth ? &smoothing : nullptr, run.couplings};
     const app::Devices<double> devices{board.clock, board.coils, run.sampler, run.link, taps.any() ? &taps : nullptr};
-    taps.set_truth([&board](std::uint8_t sensor, DeviceTime time) {
-        return true_pose(board.stations.motion(sensor).at(board.clock.elapsed_s(time)));
-    });
+    taps.set_truth([&board](std::uint8_t sensor, DeviceTime time) { return board.true_pose(sensor, time); });
     taps.begin({params.tracker, params.sensors, coils});
     const auto run_with = [&](auto&& loop) {
         run_loop(loop, run, report);
@@ -257,9 +253,8 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     const sim::Scenario& scenario = board.setup.scenario;
     const signal::AcquisitionPlan& plan = board.setup.plan;
     const sim::CoilWorld& world = board.stations.first();
-    const sim::SimulatedClock& clock = board.clock;
     RunReport report;
-    RunScore score(*scenario.motion, world, clock, plan, is_by_columns(options) ? kPosesPerBound : 1);
+    RunScore score(*scenario.motion, world, board.clock, plan, is_by_columns(options) ? kPosesPerBound : 1);
     std::optional<OutputFile> csv;
     if (!options.out_csv.empty()) {
         csv.emplace(options.out_csv);
@@ -277,16 +272,13 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     if (!options.wav.empty()) {
         wav.emplace(options.wav, board.sampler, options.realtime);
     }
-    const auto truth = [&](std::size_t sensor, DeviceTime time) {
-        return board.stations.motion(sensor).at(clock.elapsed_s(time));
-    };
     const auto reference = static_cast<std::size_t>(std::max(options.output.relative_to - 1, 0));
     std::optional<PoseStages> stages;
     ExpectedError expected;
     PoseTap written([&](const tracking::PoseEstimate<double>& pose) {
         if (csv) {
-            const TruePose of_reference = true_pose(truth(reference, pose.time));
-            const TruePose seen = stages->framed(pose, true_pose(truth(pose.sensor, pose.time)), &of_reference);
+            const TruePose of_reference = board.true_pose(reference, pose.time);
+            const TruePose seen = stages->framed(pose, board.true_pose(pose.sensor, pose.time), &of_reference);
             csv->write(pose_line({pose, &seen}, PoseFormat::csv, kScoredForm, stages->units()));
         }
         if (lines) {
@@ -309,7 +301,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
                 stages->pose(estimate);
             }
             if (couplings && !estimate.flags.has_any(tracking::kFaultFlags)) {
-                couplings->add(estimate.signal_matrix, truth(estimate.sensor, estimate.time));
+                couplings->add(estimate.signal_matrix, board.true_pose(estimate.sensor, estimate.time));
             }
             if (estimate.sensor != 0) {  // only the sensor of the scenario is scored
                 return;
@@ -348,7 +340,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     report.fidelity = options.fidelity;
     report.world = scenario.world;
     report.coupling_sigma = world.coupling_sigma();
-    report.simulated_s = clock.elapsed_s();
+    report.simulated_s = board.clock.elapsed_s();
     report.coils_at_end = board.coils.state();
     report.score = score.summary();
     return report;

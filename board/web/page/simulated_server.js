@@ -1,9 +1,7 @@
-// Stands in for the server of the live page: streams the events of a simulation, and answers the requests. A second simulation, with
-// the other choice of motion compensation, gives the error beside.
+// Stands in for the server of the live page: streams the events of a simulation, and answers the requests.
 import {say} from '../../host/serve/web/page/controls.js';
-import {decode, learn} from '../../host/serve/web/page/sample.js';
+import {learn} from '../../host/serve/web/page/sample.js';
 import {server} from '../../host/serve/web/page/server.js';
-import {TrueError} from '../../host/serve/web/page/tour.js';
 import {openBoard} from './board_server.js';
 import {instanceOf, load, Simulation} from './simulation.js';
 
@@ -19,13 +17,11 @@ function linkedPlace() {
 }
 
 class SimulatedServer {
-  #shown = null;
-  #other = null;
+  #simulation = null;
   #running = true;
   #steps = [];  // of the tour
   #place = null;  // {step, compensated, speed, noise}
   #hello = null;  // for the first message
-  #error = new TrueError();  // of the other simulation
   #board = null;  // BoardServer instead of the simulation
 
   /// What takes the place of the methods of `server`.
@@ -43,9 +39,9 @@ class SimulatedServer {
 
   async #start(source) {
     const program = await load(new URL('demo.wasm', document.baseURI));
-    [this.#shown, this.#other] = await Promise.all([Simulation.start(program), Simulation.start(program)]);
+    this.#simulation = await Simulation.start(program);
     this.#begin({...linkedPlace(), compensated: true});
-    this.#hello = this.#shown.advance(0).hello;
+    this.#hello = this.#simulation.advance(0).hello;
     learn(this.#hello);
     this.#steps = this.#hello.source.tour;
     this.#begin(this.#linked(this.#place));
@@ -95,22 +91,15 @@ class SimulatedServer {
   #linked(place) { return {...place, compensated: this.#steps[place.step].compensated}; }
 
   #begin(place) {
-    this.#shown.begin(place);
-    this.#other.begin({...place, compensated: !place.compensated});
+    this.#simulation.begin(place);
     this.#place = place;
-    this.#error.restart();
   }
 
   #message(elapsed_s) {
-    const seconds = this.#running ? elapsed_s : 0;
-    const message = this.#shown.advance(seconds);
+    const message = this.#simulation.advance(this.#running ? elapsed_s : 0);
     message.status.running = this.#running;
     if (this.#hello) message.hello = this.#hello;
     this.#hello = null;
-    for (const pose of this.#other.advance(seconds).poses.map(decode)) {
-      if (pose) this.#error.add(pose, pose.time_s);
-    }
-    message.status.tour.other_mm = this.#error.rms_mm;
     return message;
   }
 

@@ -291,10 +291,10 @@ PoseEstimate<Scalar> CoilTracker<Scalar>::report(PoseFlags flags, DeviceTime now
     return pose;
 }
 
-#if TRICOIL_FLOAT_TRACKERS
+#if TRICOIL_SCALARS & 1  // float
 template class CoilTracker<float>;
 #endif
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template class CoilTracker<double>;
 #endif
 

@@ -312,10 +312,10 @@ void MatrixTracker<Scalar>::forget_column_motion() {
     curvatures_ = {};
 }
 
-#if TRICOIL_FLOAT_TRACKERS
+#if TRICOIL_SCALARS & 1  // float
 template class MatrixTracker<float>;
 #endif
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template class MatrixTracker<double>;
 #endif
 

@@ -183,7 +183,7 @@ template <typename Scalar>
 }
 
 template class Tracker<float>;
-#if TRICOIL_DOUBLE
+#if TRICOIL_SCALARS & 2  // double
 template class Tracker<double>;
 #endif
 

@@ -31,8 +31,7 @@ export class CameraView {
     this.goal = null;
     this.steps = matchMedia('(prefers-reduced-motion: reduce)').matches;
     const take = () => {
-      this.goal = null;
-      this.following = false;
+      this.stay();
       taken();
     };
     this.controls.addEventListener('start', take);
@@ -59,6 +58,12 @@ export class CameraView {
     const direction = new Vector3(x, y, this.up * height).normalize();
     this.#place(this.controls.target, direction, this.camera.position.distanceTo(this.controls.target) || 1);
     this.controls.update();
+  }
+
+  /// Follows no longer, and ends a movement that is under way.
+  stay() {
+    this.goal = null;
+    this.following = false;
   }
 
   setAspect(aspect) {

@@ -20,8 +20,9 @@ export function signals() {
     ...['x', 'y', 'z'].map(name => [name, name, name, position]),
     ...turn.names.map((label, n) => [`a${n}`, label, kAngleColors[settings.order][n], of('attitude', '°', 2, {wraps: true})]),
     ...['w', 'x', 'y', 'z'].map(part => [`q${part}`, `q ${part}`, part === 'w' ? 'muted' : part, of('quaternion', '', 4)]),
-    ['speed', 'speed', 'accent', of('speed', 'm/s', 3, {zero: true})], ['sigma', 'sigma', 'muted', {...error, dash: [4, 3]}],
-    ['error', 'predicted', 'caution', error], ['expected', 'expected', 'accent', error], ['true', 'true', 'bad', error],
+    ['speed', 'speed', 'accent', of('speed', 'm/s', 3, {zero: true})], ['true', 'error of each pose', 'error', error],
+    ['expected', 'expected error, RMS 1 s', 'accent', error], ['sigma', 'expected error of each pose', 'muted', {...error, dash: [4, 3]}],
+    ['error', 'error model of each pose', 'caution', error],
     ['distortion', 'distortion', 'caution', of('distortion', 'mm', 2, {zero: true, limit: settings.limit_mm})],
     ['snr', 'S/N', 'accent', of('signal to noise', 'dB', 1)]
   ];

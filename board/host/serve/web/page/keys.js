@@ -31,7 +31,7 @@ const kKeys = [
   ['.', '.', 'demo: next step'],
   [',', ',', 'demo: step before'],
   ['x', 'x', 'demo: with or without motion compensation'],
-  ['[', '[ ]', 'demo: a slower or faster hand'],
+  ['[', '[ ]', 'demo: slower or faster motion'],
   ['?', '?', 'this help'],
   ['Escape', 'esc', 'leave playback']
 ];
@@ -50,7 +50,7 @@ export function fillHelp(parent) {
       make('table', {}, ...kColors.map(([sign, word, meaning]) => make('tr', {}, make('td', {}, `${sign} ${word}`), make('td', {}, meaning)))),
       make(
           'p', {}, 'Axes: x red, y green, z blue, in scene and plots. Trail and ellipsoid: expected error, 0.1 mm ', scale,
-          ' 10 mm. The ellipsoid covers 3 sigma, drawn larger by the factor below it. Drag over a plot to zoom; double-click to follow again.'));
+          ' 10 mm. The ellipsoid: 3 times the expected error of this pose, drawn larger by the factor below it. RMS 1 s: over the last second. Drag over a plot to zoom; double-click to follow again.'));
 }
 
 /// actions: by key.

@@ -27,9 +27,10 @@ export class Levels {
     this.rows = [];
     this.title = make('h2', {tabIndex: -1}, 'Levels');
     this.note = make('p');
+    this.flags = make('p', {id: 'flags'});
     this.table = make('table', {ariaLabel: 'Levels of the last second'});
     this.head = make('thead', {}, make('tr', {}, ...kHead.map(([name, title]) => make('th', {title}, name))));
-    panel.append(make('section', {id: 'levels', ariaLabel: 'Levels'}, this.title, this.note, this.table));
+    panel.append(make('section', {id: 'levels', ariaLabel: 'Levels'}, this.title, this.note, this.flags, this.table));
   }
 
   /// rows: of the server, each second.

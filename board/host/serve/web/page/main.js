@@ -108,7 +108,7 @@ function showChosen() {
   const usable = isLive() && pose !== null && pose.valid;
   document.body.dataset.usable = String(usable);
   element('state').textContent = isLive() && pose && !pose.names.includes('stale') ? flags.states[pose.state] ?? '' : '';
-  element('flags').textContent = isLive() && pose ? pose.names.join(', ') : '';
+  element('flags').textContent = isLive() && pose ? `Flags of the newest pose: ${pose.names.join(', ') || 'none'}.` : '';
   if (!pose) return;
   document.body.dataset.truth = String(pose.truth !== null);
   if (pose.truth) plots.showTruth();
@@ -117,7 +117,7 @@ function showChosen() {
   readout.showTiles(tracked, page.playback ? null : page.latency_ms ?? null, isLive());
   element('latency').title = here ? '' : 'without the network';
   element('error_factor').textContent = `x${settings.error_scale}`;
-  if (page.scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${settings.error_scale}`;
+  if (page.scene) element('ellipsoid').textContent = `ellipsoid: ${kSigmas} × expected error, drawn x${settings.error_scale}`;
   const now = page.playback ? page.playback.t : tracked.now();
   const beside = page.playback ? page.shown.get(besideOf(tracked.number))?.history ?? null : null;
   plots.draw(tracked.history, now, page.playback ? page.playback.from : plots.frozen ? plots.origin : now, beside);
@@ -199,7 +199,10 @@ function showFollowing() { element('follow').setAttribute('aria-pressed', String
 
 function toggleFollow() {
   if (!page.scene) return;
-  page.scene.view.following = !page.scene.view.following;
+  if (page.scene.view.following)
+    page.scene.view.stay();
+  else
+    page.scene.view.following = true;
   isFitted &&= !page.scene.view.following;
   showFollowing();
   follow();

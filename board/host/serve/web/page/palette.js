@@ -1,7 +1,7 @@
 // Colours of scene and plots, from the style sheet, so that light and dark are defined once.
 import {isDark} from './settings.js';
 
-const kNames = ['x', 'y', 'z', 'ink', 'muted', 'grid', 'good', 'caution', 'bad', 'core', 'accent', 'canvas'];
+const kNames = ['x', 'y', 'z', 'ink', 'muted', 'grid', 'good', 'caution', 'bad', 'core', 'accent', 'canvas', 'error'];
 export let palette = {};
 
 /// Call it after a change of the theme.

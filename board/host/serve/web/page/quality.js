@@ -65,7 +65,7 @@ export function qualityOf({link, status, pose, limit_mm, cameBack}) {
   const flagged = ofFlags(pose);
   if (flagged?.cause === 'hemisphere_unknown' && cameBack) return {...flagged, text: 'The sensor is back.'};
   if (flagged?.cause === 'distorted')
-    return {...flagged, text: `Metal disturbs the field: position off by about ${millimetres(pose.distortion_mm)}.`};
+    return {...flagged, text: `Metal disturbs the field: distortion of about ${millimetres(pose.distortion_mm)}.`};
   if (flagged) return flagged;
   if (pose.distortion_mm > limit_mm) {
     return {

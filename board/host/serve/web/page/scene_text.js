@@ -12,7 +12,7 @@ function sentenceOf({number, newest: pose}) {
   const unit = kUnits[settings.units];
   const length = mm => fixed(mm * unit.scale, unit.digits);
   const [x, y, z] = pose.position_m.map(v => length(1000 * v));
-  const error = Number.isFinite(pose.true_mm) ? `, true error ${length(pose.true_mm)}` : '';
+  const error = Number.isFinite(pose.true_mm) ? `; error ${length(pose.true_mm)}` : '';
   return `${name}: x ${x}, y ${y}, z ${z} ${settings.units}, ${length(1000 * Math.hypot(...pose.position_m))} from the source, expected error ${
       length(pose.expected_mm)}${error}.`;
 }

@@ -3,7 +3,7 @@ const kKey = 'tricoil';
 export const kUnits = {mm: {scale: 1, digits: 1}, cm: {scale: 0.1, digits: 2}, m: {scale: 0.001, digits: 4}, in: {scale: 1 / 25.4, digits: 3}};
 export const kScales = [1, 2, 5, 10, 20, 50, 100, 500];  // of ellipsoid and error
 /// Plots: names of signals (chart_list.js), as values or as deviations from their means over the time shown.
-export const kDefaultPlots = [['x', 'y', 'z'], ['a0', 'a1', 'a2'], ['speed'], ['sigma', 'error', 'expected', 'true'], ['distortion'], ['snr']].map(
+export const kDefaultPlots = [['x', 'y', 'z'], ['a0', 'a1', 'a2'], ['speed'], ['true', 'expected'], ['distortion'], ['snr']].map(
     signals => ({signals, deviation: false}));
 export const kMostPlots = 12;
 const kSignals =
@@ -16,7 +16,7 @@ const kDefaults = {
   limit_mm: 2,
   field: 'auto',  // of the demo: all coils; otherwise none
   up: 'down',     // direction of z in the scene
-  error_scale: 10,
+  error_scale: 20,
   window_s: 10
 };
 const kAllowed = {
