@@ -269,6 +269,32 @@ TEST(Prediction, FollowsAnAcceleration) {
     }
 }
 
+/// One simultaneous column of 100 has a wrong coupling. The filter inflates its covariance; predictions stay honest afterwards.
+TEST(Prediction, IsHonestAfterWrongColumns) {
+    constexpr Microseconds kAhead{20'000};
+    Score score;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        const auto motion = test::hand_like(seed);
+        auto params = test::scaat_params<double>(false, motion.at(0).position_m);
+        std::get<ScaatParams<double>>(params.method).predict_ahead = kAhead;
+        auto filter = test::scaat_filter<double>(params);
+        std::mt19937_64 random(seed + 77);
+        std::uniform_real_distribution<double> uniform(0, 1);
+        test::replay<double>(motion, {false, test::sigma_for_cost(0.2e-3), seed, 0, 10}, [&](Column<double> column) {
+            if (uniform(random) < 0.01) {
+                column.in_phase(0) += std::pow(10, -2 * uniform(random)) * column.in_phase.norm();
+            }
+            if (const auto e = filter.update(column)) {
+                score.add(*e, motion, 0);
+            }
+        });
+    }
+    std::printf("wrong columns: %zu of %.0f valid predictions beyond 5 sigma, %zu invalid\n", score.beyond_5_sigma, score.count(),
+                score.invalid);
+    EXPECT_GT(score.count(), 8000);
+    EXPECT_LE(static_cast<double>(score.beyond_5_sigma), 1e-3 * score.count());
+}
+
 /// A jump is no error of a prediction from which the filter learns.
 TEST(Prediction, IsNotChangedByAJump) {
     sim::Pose after{{0.6, 0, 0}, Quat<double>::Identity()};

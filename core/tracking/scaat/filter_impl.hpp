@@ -298,7 +298,6 @@ void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const Si
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::turn_around() {
     horizon_.restart();
-    horizon_.restart();
     if (model_.is_even()) {
         estimator_.mirror_state();
     } else {
@@ -363,7 +362,7 @@ bool Filter<Scalar, Model>::predict(State<Scalar>& later, Microseconds ahead, bo
     }
     scaat::predict(later, intensity(), later.time + ahead);
     const bool is_confirmed = estimator_.history().confirmed();
-    horizon_.compare(motion(), is_confirmed);
+    horizon_.compare(motion(), is_confirmed, this->counters_.covariance_inflations);
     horizon_.correct(later, motion().covariance, reported_factor(estimator_), is_confirmed && !coasting);
     return true;
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "core/tracking/scaat/propagate.hpp"
@@ -68,8 +70,9 @@ public:
     /// For a state that does not continue the last one: discards the predictions that were not compared yet.
     void restart() { waiting_ = 0; }
 
-    /// is_confirmed: of the present state; only then it tells the errors.
-    void compare(const Motion<Scalar>& now, bool is_confirmed) {
+    /// is_confirmed: of the present state; only then it tells the errors. inflations: of the covariance so far.
+    void compare(const Motion<Scalar>& now, bool is_confirmed, std::uint64_t inflations) {
+        forget_before(inflations, now.time);
         constexpr Scalar kMemory_s = Scalar(0.5);
         constexpr Scalar kForget_s = 2;
         for (; waiting_ > 0 && past_[first_].motion.time <= now.time; --waiting_) {
@@ -104,7 +107,7 @@ public:
             }
             grown[n] = factor * growth;
         }
-        if (keep && waiting_ < past_.size() && (waiting_ == 0 || later.time - newest_ >= ahead_ / past_.size())) {
+        if (keep && learns_ && waiting_ < past_.size() && (waiting_ == 0 || later.time - newest_ >= ahead_ / past_.size())) {
             past_[(first_ + waiting_++) % past_.size()] = {later, grown, seconds_as<Scalar>(later.time - newest_)};
             newest_ = later.time;
         }
@@ -121,12 +124,30 @@ private:
         std::array<Scalar, 2> growth{};
         Scalar interval_s = 0;  // since the one before
     };
+    /// An inflation for a wrong column leaves wrong rates and a large process noise. Of the predictions from there the deviations
+    /// are far larger than the errors; their ratio and their fit made later deviations up to four times too small. All past
+    /// errors are therefore forgotten, and new ones used when the process noise has fallen again.
+    void forget_before(std::uint64_t inflations, DeviceTime now) {
+        constexpr Microseconds kSettling{1'000'000};
+        if (std::exchange(inflations_, inflations) != inflations) {
+            restart();
+            for (PastErrors<Scalar>& errors : errors_) {
+                errors = {errors.horizon_s, errors.rate, errors.acceleration};
+            }
+            inflated_ = now;
+        }
+        learns_ = !inflated_ || now < *inflated_ || now - *inflated_ >= kSettling;
+    }
+
     Microseconds ahead_;
     std::array<PastErrors<Scalar>, 2> errors_;  // position, attitude
     std::array<Past, 8> past_{};
     std::size_t first_ = 0;
     std::size_t waiting_ = 0;
     DeviceTime newest_{};
+    std::uint64_t inflations_ = 0;
+    std::optional<DeviceTime> inflated_;
+    bool learns_ = true;  // from the present state
 };
 
 /// Images compute in float and do not predict.
@@ -135,7 +156,7 @@ class Horizon<float> {
 public:
     explicit Horizon(Microseconds /*ahead*/) {}
     void restart() {}
-    void compare(const auto& /*now*/, bool /*is_confirmed*/) {}
+    void compare(const auto& /*now*/, bool /*is_confirmed*/, std::uint64_t /*inflations*/) {}
     void correct(const auto& /*later*/, const auto& /*before*/, float /*factor*/, bool /*keep*/) {}
 };
 
