@@ -22,12 +22,12 @@ Json tour_steps() {
              "error: what the tracker itself states.",
              "hand"),
         step("motion error",
-             "The coils are measured in turn. Without motion compensation, three measurements of different times count as "
-             "simultaneous: the error grows with the speed, here to some millimetres.",
+             "The sensor moves on a circle. The coils are measured in turn. Without motion compensation, three measurements of "
+             "different times count as simultaneous: the error grows with the speed, here to some millimetres.",
              "circle", false),
         step("motion compensation",
-             "The same circle with motion compensation: a filter uses each measurement at its own time. The error of the motion "
-             "is gone.",
+             "The same circle with motion compensation: a filter uses each measurement at its own time. Nearly all "
+             "error of the motion is gone.",
              "circle"),
         step("metal",
              "An aluminium sphere of 16 cm beside the hand bends the field: the error grows with both methods, and the expected "
