@@ -73,7 +73,6 @@ std::optional<TextTiming> timing_of(const std::vector<TextFrame>& frames, const 
 constexpr Microseconds kShortestSilence{150'000};
 constexpr Microseconds kMostBetweenStamps{3'600'000'000};  // one may be wrong
 constexpr double kRestartUs = -1e6;                        // of the clock of a device
-constexpr std::size_t kAgreeing = 4;                       // lines in a row with times of a clock that started again
 constexpr double kLatestUs = 9e15;                         // as TextRows
 constexpr int kSilentFrames = 3;
 constexpr Microseconds kNoticeAfter{1'000'000};
@@ -192,30 +191,10 @@ void TextSource::start_again() {
     has_begun_ = false;
     has_new_clock_ = true;
     for (Stream& stream : streams_) {
+        stream.frames = 0;
         stream.last_us.reset();
         stream.sequence.begin();
     }
-}
-
-/// Nothing is lost of a clock that starts again; a few wrong times are.
-bool TextSource::waits_for_more_of(const TextFrame& frame) {
-    const std::optional<double>& last_us = streams_[frame.sensor].last_us;
-    if (is_live() && has_begun_ && frame.time_us && last_us && *frame.time_us - *last_us < kRestartUs) {
-        first_frames_.push_back(frame);
-        if (first_frames_.size() < kAgreeing) {
-            return true;
-        }
-        start_again();
-        for (const TextFrame& early : std::exchange(first_frames_, {})) {
-            take_frame(early);
-        }
-        return true;
-    }
-    if (has_begun_) {
-        counters_.refused_lines += first_frames_.size();
-        first_frames_.clear();
-    }
-    return false;
 }
 
 std::optional<TextFrame> TextSource::parse(std::string_view line) {
@@ -247,10 +226,8 @@ void TextSource::take_frame(const TextFrame& frame) {
                     "no sigma: add ,sigma=S to the name of the source, the standard deviation of a coupling");
     host::refuse_if(!frame.time_us && !(frame.coils > 1 && name_.rate_hz),
                     "no time: needs time_us or time_s, or couplings x11 to x33 with the key ,rate_hz=R");
-    if (waits_for_more_of(frame)) {
-        return;
-    }
     if (frame.time_us) {
+        host::refuse_if(!(std::abs(*frame.time_us) < kLatestUs), "time {} us: out of range", *frame.time_us);
         const double step_us = *frame.time_us - std::exchange(streams_[frame.sensor].last_us, frame.time_us).value_or(-1e300);
         host::refuse_if((step_us < 0 || (step_us == 0 && frame.coils > 1)) && !(is_live() && step_us < kRestartUs),
                         "time {} us is not later than that of the line before", *frame.time_us);
@@ -334,15 +311,15 @@ void TextSource::track(const TextFrame& frame) {
     }
 }
 
-/// Time of a line. After a start of the sender's clock it goes on from the newest time, by the host's time since then.
+/// Time of a line. If the clock of a new sender is behind that of the one before, it goes on from the newest time, by the host's
+/// time since then; unless so many senders came that no time is left.
 DeviceTime TextSource::continued(double time_us) {
-    const std::optional<DeviceTime> newest = stamps_.newest();
-    if (std::exchange(has_new_clock_, false) && newest && device_time_us(std::llround(time_us)) + offset_ <= *newest) {
-        const Microseconds passed = std::max(drivers::host_now() - arrival_, Microseconds{1});
-        offset_ = *newest + passed - device_time_us(std::llround(time_us));
+    const DeviceTime time = device_time_us(std::llround(time_us));
+    if (const auto newest = stamps_.newest(); std::exchange(has_new_clock_, false) && newest) {
+        const DeviceTime next = *newest + std::max(drivers::host_now() - arrival_, Microseconds{1});
+        offset_ = time <= *newest && next < device_time_us(std::llround(kLatestUs)) ? next - time : Microseconds{};
     }
-    host::refuse_if(time_us + static_cast<double>(offset_.count()) > kLatestUs, "time {} us: out of range", time_us);
-    return device_time_us(std::llround(time_us)) + offset_;
+    return time + offset_;
 }
 
 /// A pipe may hold old lines: then more time has passed in them than here.

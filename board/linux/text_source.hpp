@@ -94,7 +94,6 @@ private:
 
     std::optional<TextFrame> parse(std::string_view line);
     void take_frame(const TextFrame& frame);
-    bool waits_for_more_of(const TextFrame& frame);
     void start_again();
     void follow_sender();
     void discard();
@@ -115,7 +114,7 @@ private:
     host::LimitedNotice notice_;
     TextRows rows_;
     int sender_ = 0;
-    std::vector<TextFrame> first_frames_;  // until the timing is known; later those of a clock that may have started again
+    std::vector<TextFrame> first_frames_;  // until the timing is known
     bool has_begun_ = false;
     bool has_new_clock_ = false;  // with the next line
     Microseconds offset_;         // of the times of poses from those of the lines

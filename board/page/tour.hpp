@@ -32,6 +32,7 @@ private:
         auto params = settings.tracker;
         params.method = method_of_name(estimates_velocity(params.method) ? "direct" : "scaat");
         tracker_.emplace(params);
+        pose_.reset();
         recent_ = {};
         error_m_ = std::nan("");
     }

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _tricoil
 from ._output_file import write_whole
+from ._poses import refuse_others
 from ._staged_lines import STAGES, staged_lines
 
 TOLERANCE, SHORTEST_US, MARGIN_US = 0.01, 500_000, 100_000
@@ -89,7 +90,7 @@ def _rests(path: str, folder: str):
 def _refuse(options: dict):
     """Raises ValueError for stages, units and angles."""
     for names, fact in ((("units",), "which defines its own units"), (("euler",), "which has no angles"), (STAGES, "which has couplings, not poses")):
-        if any(options.get(name, "m") != "m" for name in names):
+        if any(options.get(name) and (name, options[name]) != ("units", "m") for name in names):
             given = ", ".join("--" + name.replace("_", "-") for name in names)
             raise ValueError(f"{' and '.join(given.rsplit(', ', 1))}: not with --to rests, {fact}")
 
@@ -108,6 +109,7 @@ def _described(folder: str) -> dict:
 def run(folder: str, out: str, options: dict) -> int:
     """Writes CSV lines: number, start and duration of each rest (s), nine couplings, their quadratures and levels, and the gain step. Returns
     the number of rests. Raises ValueError, also if there is none, and OSError."""
+    refuse_others(options, (*STAGES, "units", "euler"), "only of a file of poses")
     _refuse(options)
     with staged_lines(folder, out, {}, "full") as (_, poses):
         wiring = _described(folder)["source"].get("wiring_file")
