@@ -152,6 +152,12 @@ async function link(browser, server, page, wait, check) {
   await other.close();
   await page.keyboard.press('Escape');
   check(!page.url().includes('#'), 'the live page has no moment in its address');
+  await page.evaluate(() => location.assign('#recording=take+one&t=0'));
+  await wait(() => window.tricoil.playback);
+  await page.waitForTimeout(500);
+  const range = await page.evaluate(() => [...window.tricoil.plots.range].join());
+  check(range === `0,${kSeconds}`, `a link to the start shows the whole recording: ${range}`);
+  await page.keyboard.press('Escape');
 }
 
 const kHead =

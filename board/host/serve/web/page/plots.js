@@ -85,9 +85,9 @@ export class Plots {
     this.follow();
   }
 
-  /// now: right edge of the charts, or a line in a recording. origin: the time that the axis calls 0; by default the right edge.
+  /// now: right edge of the charts, or a line in a recording. origin: the time that the axis calls 0.
   /// beside: history of the same sensor in a second recording, or null.
-  draw(history, now, origin = now, beside = null) {
+  draw(history, now, origin, beside = null) {
     if (this.hasBeside !== (beside !== null)) {
       this.hasBeside = beside !== null;
       this.rebuild();
@@ -110,7 +110,7 @@ export class Plots {
     if (still && this.drawnMs > 0 && this.drawn === still) return;
     this.drawn = still;
     this.drawnMs = ms;
-    if (!still || origin !== now) this.origin = origin;
+    this.origin = origin;
     const {from, to} = this.shown;
     this.range = [from - this.origin, to - this.origin];
     this.bands =
