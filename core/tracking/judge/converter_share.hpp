@@ -16,10 +16,10 @@ namespace tricoil::tracking {
 /// 1/(pi z) in the mean. Below a quarter of a code that form diverges.
 template <typename Scalar>
 Scalar rounding_variance(Scalar amplitude, Scalar noise) {
-    constexpr Scalar kPi = std::numbers::pi_v<Scalar>;
-    constexpr Scalar kMost = Scalar(1) / 12;  // of a rounded number
-    const Scalar mean = std::min(kMost, 2 / (kPi * kPi * kPi * kPi * std::abs(amplitude)));
-    return mean * std::exp(-4 * kPi * kPi * noise * noise);
+    const Scalar pi_squared = std::numbers::pi_v<Scalar> * std::numbers::pi_v<Scalar>;
+    const Scalar mean =
+        std::min(Scalar(1) / 12, 2 / (pi_squared * pi_squared * std::abs(amplitude)));  // 1/12: of a rounded number
+    return mean * std::exp(-4 * pi_squared * noise * noise);
 }
 
 /// Standard deviation of the nine couplings x (root mean square) relative to k. steps: one code as a coupling.
