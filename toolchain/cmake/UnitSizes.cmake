@@ -1,7 +1,7 @@
 # Targets whose files need much memory to compile: fewer files in a unit than CMake's 8, and fewer still with TRICOIL_SMALL_MEMORY.
 # The Python module compiles last: in parts, two processors share it.
 set(TRICOIL_FILES_IN_A_UNIT
-  tricoil_calibration 4 tricoil_dense_algebra 1 tricoil_python 4 tricoil_tools 5 tricoil_web 3 metal 4 record 6 serve 5 tracking_quick 4
+  tricoil_calibration 4 tricoil_dense_algebra 1 tricoil_python 4 tricoil_tools 5 tricoil_web 3 metal 4 record 6 serve 4 tracking_quick 4
   virtual_board_image 5)
 if(TRICOIL_SMALL_MEMORY)
   set(TRICOIL_FILES_IN_A_UNIT
