@@ -25,6 +25,11 @@ struct TextFrame {
     std::optional<tracking::PoseEstimate<double>> pose;  // instead of couplings
 };
 
+constexpr double kLatestTime_us = 9e15;
+
+/// Throws InputError for a time that is not finite, or is kLatestTime_us or more from zero.
+void check_time(double time_us);
+
 /// Names: time_us or time_s; sensor (0 to 3, default 0); a column of one source coil: state (1 to 3), in_phase_1 to in_phase_3;
 /// or all couplings: x11 to x33 (sensor coil, source coil). Optional: quadrature_1 to quadrature_3, or q11 to q33; sigma_1 to
 /// sigma_3, or sigma: standard deviation of a coupling; flags: the bits of ColumnFlags. In JSON in_phase, quadrature, sigma, x

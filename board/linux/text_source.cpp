@@ -73,7 +73,6 @@ std::optional<TextTiming> timing_of(const std::vector<TextFrame>& frames, const 
 constexpr Microseconds kShortestSilence{150'000};
 constexpr Microseconds kMostBetweenStamps{3'600'000'000};  // one may be wrong
 constexpr double kRestartUs = -1e6;                        // of the clock of a device
-constexpr double kLatestUs = 9e15;                         // as TextRows
 constexpr int kSilentFrames = 3;
 constexpr Microseconds kNoticeAfter{1'000'000};
 constexpr int kMostLines = 256;  // per step, so that a flood does not delay signals
@@ -182,12 +181,12 @@ void TextSource::follow_sender() {
     is_of_coils_ = false;
     rows_.restart();
     if (lines_.has_clients()) {  // another device, with a clock and a rate of its own
-        first_frames_.clear();
         start_again();
     }
 }
 
 void TextSource::start_again() {
+    first_frames_.clear();
     has_begun_ = false;
     has_new_clock_ = true;
     for (Stream& stream : streams_) {
@@ -213,6 +212,7 @@ std::optional<TextFrame> TextSource::parse(std::string_view line) {
     frame.pose = host::parse_pose(line, "a line of a recording's poses.csv is needed");
     frame.sensor = frame.pose->sensor;
     frame.time_us = static_cast<double>(frame.pose->time.since_start().count());
+    check_time(*frame.time_us);
     frame.coils = kSourceCoils;  // at one time
     return frame;
 }
@@ -227,7 +227,6 @@ void TextSource::take_frame(const TextFrame& frame) {
     host::refuse_if(!frame.time_us && !(frame.coils > 1 && name_.rate_hz),
                     "no time: needs time_us or time_s, or couplings x11 to x33 with the key ,rate_hz=R");
     if (frame.time_us) {
-        host::refuse_if(!(std::abs(*frame.time_us) < kLatestUs), "time {} us: out of range", *frame.time_us);
         const double step_us = *frame.time_us - std::exchange(streams_[frame.sensor].last_us, frame.time_us).value_or(-1e300);
         host::refuse_if((step_us < 0 || (step_us == 0 && frame.coils > 1)) && !(is_live() && step_us < kRestartUs),
                         "time {} us is not later than that of the line before", *frame.time_us);
@@ -317,7 +316,7 @@ DeviceTime TextSource::continued(double time_us) {
     const DeviceTime time = device_time_us(std::llround(time_us));
     if (const auto newest = stamps_.newest(); std::exchange(has_new_clock_, false) && newest) {
         const DeviceTime next = *newest + std::max(drivers::host_now() - arrival_, Microseconds{1});
-        offset_ = time <= *newest && next < device_time_us(std::llround(kLatestUs)) ? next - time : Microseconds{};
+        offset_ = time <= *newest && next < device_time_us(std::llround(kLatestTime_us)) ? next - time : Microseconds{};
     }
     return time + offset_;
 }

@@ -24,7 +24,7 @@ struct SimulatedBoard {
     }
 
     /// Of the board's main loop with a floating-point tracker. Throws like make_tracker().
-    [[nodiscard]] app::MainLoopParams<double> loop_params(const SimulationOptions& options) {
+    [[nodiscard]] app::MainLoopParams<double> loop_params(const SimulationOptions& options) const {
         app::MainLoopParams<double> params{setup.plan, stations.first().demodulation(), make_tracker(options, setup)};
         params.sensors = setup.stations;
         if (setup.plan.is_tdm() && !is_by_columns(options)) {

@@ -18,6 +18,7 @@ public:
     explicit Stations(const SimulationSetup& setup);
 
     [[nodiscard]] sim::CoilWorld& first() { return *worlds_.front(); }
+    [[nodiscard]] const sim::CoilWorld& first() const { return *worlds_.front(); }
     [[nodiscard]] const sim::Motion& motion(std::size_t sensor) const { return worlds_[sensor]->motion(); }
 
     /// Adds all sensors but the first to a sampler of the first.

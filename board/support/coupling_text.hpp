@@ -20,10 +20,6 @@ constexpr std::string_view kPoseCsvHeader = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13
 /// Quadratures of the couplings, which may follow them in a CSV header, in the same order. Begins with a comma.
 constexpr std::string_view kQuadratureColumns = ",q11,q12,q13,q21,q22,q23,q31,q32,q33";
 
-/// Amplitudes at the converters (share of full scale; 0: unknown) and the gain step, which may follow the couplings or the
-/// quadratures.
-constexpr std::string_view kLevelColumns = ",a11,a12,a13,a21,a22,a23,a31,a32,a33,gain_step";
-
 /// Nine fields (i, j), row by row: ten digits, separated by commas.
 std::string matrix_text(const Mat3<double>& matrix);
 

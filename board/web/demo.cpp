@@ -20,7 +20,7 @@ public:
         status_.controls = "open";
         status_.confinement = {simulation_.board().setup.hemisphere};
         status_.tour = place;
-        other_.begin({make_tracker(options, simulation_.board().setup)});
+        other_.begin({simulation_.board().loop_params(options).tracker});
     }
 
     /// Simulates `seconds`. Returns the event with their poses.

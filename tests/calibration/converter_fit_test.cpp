@@ -12,6 +12,7 @@
 #include <fstream>
 #include <numbers>
 #include <random>
+#include <string_view>
 
 #include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/evaluation.hpp"
@@ -28,6 +29,7 @@ using ::testing::HasSubstr;
 
 constexpr double kFullScale = 2048;  // codes
 constexpr double kNoise = 0.012;     // codes: of the mean of a rest
+constexpr std::string_view kLevelColumns = ",a11,a12,a13,a21,a22,a23,a31,a32,a33,gain_step";
 
 /// Amplitude of a sine's fundamental, as a converter gives it; codes.
 double converted(const virtual_board::ConverterError& converter, double amplitude) {

@@ -1,6 +1,22 @@
 // Helpers of the browser tests: a page of a scripted server, and what it has drawn.
+const {spawn} = require('child_process');
 const path = require('path');
 const {scripted} = require('./scripted_server.cjs');
+
+/// Starts `tricoil serve` with the page at `port`, 0: a free one. Resolves once it has printed its addresses, with these and end().
+function serve(program, port, options) {
+  const child = spawn(program, ['serve', '--json', '--web', String(port), ...options], {stdio: ['ignore', 'pipe', 'inherit']});
+  return new Promise((resolve, reject) => {
+    child.once('exit', code => reject(new Error(`tricoil serve ended with ${code}`)));
+    child.stdout.once('data', data => resolve({
+                                ...JSON.parse(data),
+                                end: () => {
+                                  child.removeAllListeners('exit');
+                                  child.kill('SIGKILL');
+                                }
+                              }));
+  });
+}
 
 /// Opens the page of a new scripted server. errors: of the page. send() of the server adds events.
 async function openPage(browser, html, {
@@ -93,4 +109,4 @@ const pictureOf = (page, id) => page.locator(id).screenshot({style: '#answer { v
 const text = (page, id) => page.textContent(id);
 const save = (page, folder, name) => folder ? page.screenshot({path: path.join(folder, `${name}.png`)}) : null;
 
-module.exports = {changeOfScene, openPage, save, settledScene, text, whileSending};
+module.exports = {changeOfScene, openPage, save, serve, settledScene, text, whileSending};

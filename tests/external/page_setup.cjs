@@ -1,28 +1,13 @@
 // Set-up of a device on the live page, with the commands of the program: one page at a time, wiring, calibration, pivot, surroundings, hemisphere.
-const {spawn} = require('child_process');
 const fs = require('fs');
 const os = require('os');
 const path = require('path');
-const {save, text} = require('./page_check.cjs');
+const {save, serve, text} = require('./page_check.cjs');
 
 const kRest = `[motion]
 kind = "still"
 position_m = [0.4, 0.2, 0.1]
 `;
-
-function serve(program, options) {
-  const child = spawn(program, ['serve', '--json', '--web', '0', ...options], {stdio: ['ignore', 'pipe', 'inherit']});
-  return new Promise((resolve, reject) => {
-    child.once('exit', code => reject(new Error(`tricoil serve ended with ${code}`)));
-    child.stdout.once('data', data => resolve({
-                                ...JSON.parse(data),
-                                end: () => {
-                                  child.removeAllListeners('exit');
-                                  child.kill('SIGKILL');
-                                }
-                              }));
-  });
-}
 
 // A narrow page shows the set-up without the scene, which is rendered in software and keeps a slow machine busy.
 const kNarrow = {viewport: {width: 800, height: 700}};
@@ -50,7 +35,7 @@ async function openSetup(browser, url, options) {
 async function wiring(browser, program, folder, check, pictures) {
   const scenario = path.join(folder, 'rest.toml');
   fs.writeFileSync(scenario, kRest);
-  const server = await serve(program, ['--scenario', scenario, '--record-folder', path.join(folder, 'rest')]);
+  const server = await serve(program, 0, ['--scenario', scenario, '--record-folder', path.join(folder, 'rest')]);
   const {own, page, errors, says} = await openSetup(browser, server.web_controls, kNarrow);
   await says('#setup_device', /connected/);
   await says('#setup_coils', /Source coils: current found; sensor 1 found, \d+ dB/);
@@ -113,7 +98,7 @@ async function wiring(browser, program, folder, check, pictures) {
 }
 
 async function calibration(browser, program, folder, check, pictures) {
-  const server = await serve(program, ['--scenario', 'hand', '--speed', '3', '--record-folder', path.join(folder, 'hand')]);
+  const server = await serve(program, 0, ['--scenario', 'hand', '--speed', '3', '--record-folder', path.join(folder, 'hand')]);
   const {own, page, errors, says} = await openSetup(browser, server.web_controls, pictures ? {viewport: {width: 1400, height: 900}} : kNarrow);
   await page.fill('#constant', '-1');
   await page.click('#start_motion');

@@ -1,12 +1,12 @@
 // The live page in headless Chromium, in parts. Part `server`: with `tricoil serve` it connects, shows motion, sends commands, and reconnects
 // after a restart; foreign origins are refused. The other parts are the files page_*.cjs.
 //   node web_page.cjs FOLDER_OF_NODE_MODULES PART|all TRICOIL [FOLDER_FOR_SCREENSHOTS]
-const {spawn} = require('child_process');
 const fs = require('fs');
 const http = require('http');
 const os = require('os');
 const path = require('path');
 const {gzipSync} = require('zlib');
+const {serve} = require('./page_check.cjs');
 const kParts = ['states', 'tour', 'view', 'plots', 'layout', 'work', 'access', 'trouble', 'setup'];
 const [modules, chosen, program, pictures] = process.argv.slice(2);
 const {chromium} = require(path.join(modules, 'node_modules', 'playwright-core'));
@@ -16,20 +16,8 @@ function check(condition, what) {
   console.log(`web_page: ${what}`);
 }
 
-/// Starts the server; resolves once it has printed its address.
-function serve(port, folder) {
-  const child = spawn(
-      program, ['serve', '--json', '--web', String(port), '--scenario', 'circle', '--record-folder', folder], {stdio: ['ignore', 'pipe', 'inherit']});
-  return new Promise((resolve, reject) => {
-    child.once('exit', code => reject(new Error(`tricoil serve ended with ${code}`)));
-    child.stdout.once('data', data => resolve({child, url: JSON.parse(data).web, controls: JSON.parse(data).web_controls}));
-  });
-}
-
-function end({child}) {
-  child.removeAllListeners('exit');
-  child.kill('SIGKILL');
-}
+/// A sensor on a circle.
+const serveCircle = (port, folder) => serve(program, port, ['--scenario', 'circle', '--record-folder', folder]);
 
 function request(url, options, body) {
   return new Promise((resolve, reject) => {
@@ -107,13 +95,13 @@ async function recordAndPlay(page, server, folder) {
   await page.keyboard.press('Escape');
   await page.keyboard.press('t');
   check(
-      (await request(server.url + 'recordings', {})).status === 401 && (await request(server.url + 'recordings/take%201', {})).status === 401,
+      (await request(server.web + 'recordings', {})).status === 401 && (await request(server.web + 'recordings/take%201', {})).status === 401,
       'recordings need the token');
-  const bearer = {headers: {Authorization: `Bearer ${new URLSearchParams(new URL(server.controls).hash.slice(1)).get('token')}`}};
+  const bearer = {headers: {Authorization: `Bearer ${new URLSearchParams(new URL(server.web_controls).hash.slice(1)).get('token')}`}};
   for (const bad of ['%2e%2e%2f', '.hidden', 'none', 'take%201%2fposes.csv'])
-    check((await request(`${server.url}recordings/${bad}`, bearer)).status === 422, `there is no recording '${bad}'`);
+    check((await request(`${server.web}recordings/${bad}`, bearer)).status === 422, `there is no recording '${bad}'`);
   fs.appendFileSync(path.join(folder, 'take 1', 'poses.csv'), '1,2,3\n');
-  const changed = await request(`${server.url}recordings/take%201`, bearer);
+  const changed = await request(`${server.web}recordings/take%201`, bearer);
   check(changed.status === 422 && /"take 1\/poses.csv: was changed/.test(changed.text), `a changed recording is refused: ${changed.text}`);
 }
 
@@ -141,12 +129,12 @@ async function withoutWebGl(url) {
 /// The page with `tricoil serve`.
 async function pageServer(browser, html) {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'tricoil_web_'));
-  let server = await serve(0, folder);
-  const port = Number(new URL(server.url).port);
+  let server = await serveCircle(0, folder);
+  const port = Number(new URL(server.web).port);
   try {
     const size = Buffer.byteLength(html);
     check(size < 1e6 && gzipSync(html).length < 1e6 / 4, `the page has ${size} bytes, compressed ${gzipSync(html).length}`);
-    await refuseStrangers(server.url, server.controls);
+    await refuseStrangers(server.web, server.web_controls);
 
     const page = await newPage(browser, {viewport: {width: 1280, height: 800}});
     const errors = [];
@@ -158,7 +146,7 @@ async function pageServer(browser, html) {
     await page.screenshot();
     const firsts = [];
     for (let n = 0; n < 3; ++n) {
-      await page.goto(n === 0 ? server.controls : server.url);  // the tab keeps the token
+      await page.goto(n === 0 ? server.web_controls : server.web);  // the tab keeps the token
       await page.waitForFunction(() => window.tricoil?.firstPoseMs && window.tricoil.firstPictureMs);
       firsts.push(await page.evaluate(() => [window.tricoil.firstPoseMs, window.tricoil.firstPictureMs]));
     }
@@ -203,9 +191,9 @@ async function pageServer(browser, html) {
     check(true, 'the hemisphere was set');
     await recordAndPlay(page, server, folder);
 
-    end(server);
+    server.end();
     await page.waitForFunction(() => document.body.dataset.link === 'down');
-    server = await serve(port, folder);
+    server = await serveCircle(port, folder);
     await page.waitForFunction(() => document.body.dataset.link === 'live');
     await moved();
     check(true, 'the page reconnects after a restart of the server');
@@ -213,24 +201,24 @@ async function pageServer(browser, html) {
     check(own.length === 0, `no errors in the page ${own.join('; ')}`);
 
     const phone = await newPage(browser, {viewport: {width: 390, height: 800}, isMobile: true, hasTouch: true, deviceScaleFactor: 2});
-    await phone.goto(server.url);
+    await phone.goto(server.web);
     await phone.waitForFunction(() => window.tricoil?.poses > 60);
     check(await phone.isDisabled('#run') && /read only/.test(await phone.textContent('#access')), 'without the controls link it is read only');
     check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page fits the screen of a phone');
     if (pictures) await phone.screenshot({path: path.join(pictures, 'phone.png')});
     for (const open of [page, phone]) await open.close();  // their drawing would slow down the others
-    await withoutWebGl(server.url);
+    await withoutWebGl(server.web);
   } finally {
-    end(server);
+    server.end();
     fs.rmSync(folder, {recursive: true, force: true});
   }
 }
 
 /// The page as `tricoil serve` sends it.
 async function pageOf() {
-  const server = await serve(0, os.tmpdir());
-  const {text} = await request(server.url, {});
-  end(server);
+  const server = await serveCircle(0, os.tmpdir());
+  const {text} = await request(server.web, {});
+  server.end();
   return text;
 }
 

@@ -13,11 +13,10 @@ import numpy as np
 
 from . import _tricoil
 from ._output_file import write_whole
-from ._staged_lines import staged_lines
+from ._staged_lines import INTEGERS, staged_lines
 
 MOST_POSES = 4_000_000  # 2 GB; the format has 32-bit sizes
 HEADER = b"MATLAB 5.0 MAT-file, written by tricoil".ljust(116)  # SciPy's has the time, so it differs each time
-INTEGERS = ("sensor", "sequence", "time_us", "valid", "flags", "state")
 NUMBERS = ("distortion_mm", "snr_db", "predicted_error_mm", "predicted_error_deg")
 UPPER = np.triu_indices(6)
 

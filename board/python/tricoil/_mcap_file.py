@@ -11,11 +11,10 @@ import zlib
 
 from ._mcap import CHANNEL, CHUNK, MAGIC, MESSAGE, OWN_SCHEMA, SCHEMA
 from ._output_file import OutputFile
-from ._staged_lines import staged_lines
+from ._staged_lines import INTEGERS, staged_lines
 
 HEADER, FOOTER, MESSAGE_INDEX, CHUNK_INDEX, STATISTICS, DATA_END = 1, 2, 7, 8, 0x0B, 0x0F
 CHUNK_BYTES = 1 << 20
-INTEGERS = ("sensor", "sequence", "time_us", "valid", "flags", "state")
 
 
 def _numbers(kinds: str, *values: int) -> bytes:

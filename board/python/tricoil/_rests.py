@@ -12,6 +12,7 @@ from . import _tricoil
 from ._output_file import write_whole
 from ._poses import refuse_others
 from ._staged_lines import STAGES, staged_lines
+from ._wiring import OF_COILS_COMMENT
 
 TOLERANCE, SHORTEST_US, MARGIN_US = 0.01, 500_000, 100_000
 FULL_SCALE = 65536  # of levels
@@ -116,5 +117,5 @@ def run(folder: str, out: str, options: dict) -> int:
         rests = [f"{n},{rest}" for n, rest in enumerate(_rests(poses, folder), 1)]
     if not rests:
         raise ValueError(f"{folder}: the sensor never rests; hold it still for 0.5 s or longer at each place")
-    write_whole(out, "\n".join([*(["# wiring corrected"] if wiring else []), ",".join(NAMES), *rests, ""]))
+    write_whole(out, "\n".join([*([OF_COILS_COMMENT] if wiring else []), ",".join(NAMES), *rests, ""]))
     return len(rests)

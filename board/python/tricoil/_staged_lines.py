@@ -9,6 +9,7 @@ from . import _tricoil
 from ._output_file import refuse_input_as_output
 from ._poses import refuse_others
 
+INTEGERS = ("sensor", "sequence", "time_us", "valid", "flags", "state")  # keys of the lines; other numbers are real
 STAGES = ("tip", "relative_to", "align", "boresight")
 
 
