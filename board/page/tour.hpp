@@ -3,11 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
-
-#include "board/pose_text/expected_error.hpp"
-#include "board/support/tracker_choice.hpp"
-#include "core/tracking/methods/any_tracker.hpp"
-#include "core/tracking/tracker_tap.hpp"
+#include <limits>
 
 namespace tricoil::host::web {
 
@@ -20,40 +16,11 @@ struct TourPlace {
 /// The range of the page's slider.
 constexpr bool is_tour_speed(double speed) { return speed >= 0.25 && speed <= 3; }
 
-/// The method that the tour does not show, on the same columns: the filter beside columns solved as if simultaneous, or these
-/// beside the filter.
-class OtherMethod final : public tracking::TrackerTap<double> {
-public:
-    /// RMS over the last second of its position error (3D), m; NaN if unknown.
-    [[nodiscard]] double error_m() const { return error_m_; }
-
-private:
-    void do_begin(const Settings& settings) override {
-        auto params = settings.tracker;
-        params.method = method_of_name(estimates_velocity(params.method) ? "direct" : "scaat");
-        tracker_.emplace(params);
-        pose_.reset();
-        recent_ = {};
-        error_m_ = std::nan("");
-    }
-    void do_column(const MeasuredColumn<double>& column) override { pose_ = tracker_->update(column); }
-    void do_truth(std::uint8_t /*sensor*/, DeviceTime time, const solver::RigidPose<double>& truth) override {
-        if (pose_ && pose_->time == time) {
-            error_m_ = recent_.after(*pose_, (pose_->position_m - truth.position_m).squaredNorm());
-        }
-    }
-
-    std::optional<tracking::AnyTracker> tracker_;
-    std::optional<tracking::PoseEstimate<double>> pose_;  // of the newest column
-    ExpectedError recent_;
-    std::atomic<double> error_m_ = std::nan("");
-};
-
 /// Steps, scenarios and sentences are in the description of the source (key `tour`).
 struct Tour {
     std::atomic<TourPlace> now;
-    std::atomic<TourPlace> asked;  // by a page
-    OtherMethod other;
+    std::atomic<TourPlace> asked;                                                  // by a page
+    std::atomic<double> other_error_m = std::numeric_limits<double>::quiet_NaN();  // of OtherMethod
 };
 
 }  // namespace tricoil::host::web

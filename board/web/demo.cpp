@@ -1,9 +1,12 @@
 // The tour of `tricoil demo` in a browser, without a server: C interface for page/simulation.js, with the events of a server.
+#include <atomic>
+#include <cmath>
 #include <exception>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
+#include "board/page/other_method.hpp"
 #include "board/page/page_levels.hpp"
 #include "board/page/pose_event.hpp"
 #include "board/simulation/simulated_source.hpp"
@@ -31,7 +34,7 @@ public:
         }
         status_.health = stream_.health();
         status_.levels = levels_.newer(levels_seen_);
-        status_.other_error_m = other_.error_m();
+        status_.other_error_m = other_error_m_;
         status_.now = utc_now();
         for (ServedPose& served : poses_) {
             served.utc = status_.now - (simulation_.board().clock.now() - served.pose.time);
@@ -56,7 +59,8 @@ private:
     std::vector<ServedPose> poses_;
     ExpectedError expected_;
     web::PageLevels levels_;
-    web::OtherMethod other_;
+    std::atomic<double> other_error_m_ = std::nan("");
+    web::OtherMethod other_{other_error_m_};
     std::uint64_t levels_seen_ = 0;
     web::PageStatus status_;
 };

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +12,7 @@
 #include <sstream>
 
 #include "board/host/serve/web/recording_library.hpp"
+#include "board/page/other_method.hpp"
 #include "board/page/page_levels.hpp"
 #include "board/page/pose_event.hpp"
 #include "board/record/recorder.hpp"
@@ -159,7 +161,7 @@ public:
         while (board_->clock.elapsed_s() < seconds && loop.step({})) {
         }
     }
-    [[nodiscard]] StepErrors errors() const { return {shown_m_, other_.error_m()}; }
+    [[nodiscard]] StepErrors errors() const { return {shown_m_, other_m_}; }
 
 private:
     void do_column(const MeasuredColumn<double>& column) override { other_.column(column); }
@@ -170,7 +172,8 @@ private:
     }
 
     const host::SimulatedBoard* board_ = nullptr;
-    host::web::OtherMethod other_;
+    std::atomic<double> other_m_ = std::nan("");
+    host::web::OtherMethod other_{other_m_};
     host::ExpectedError shown_;
     double shown_m_ = std::nan("");
 };

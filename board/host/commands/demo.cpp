@@ -18,6 +18,7 @@
 #include "board/host/run/simulated_run.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/web/page_output.hpp"
+#include "board/page/other_method.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/simulation/tour.hpp"
 #include "board/support/errors.hpp"
@@ -69,7 +70,8 @@ RunOptions run_options(const Json& step, const web::TourPlace& place) {
 ScoreSummary run_step(const RunOptions& options, PoseHub& hub, web::Tour& tour, const TrackerControl& control,
                       const std::function<bool()>& is_over) {
     const BorrowedInterrupt end_of_step(is_over);
-    TapFanOut taps{&hub, &tour.other};
+    web::OtherMethod other(tour.other_error_m);
+    TapFanOut taps{&hub, &other};
     RunObservers observers;
     observers.tap = &taps;
     observers.loop.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };

@@ -159,7 +159,7 @@ public:
                        {page_.control.running(), page_.recordings.status(), to_text(page_.access.controls),
                         static_cast<int>(page_.streams.size()), utc_now(), health, page_.hub.confinement(),
                         page_.tour != nullptr ? page_.tour->now.load() : TourPlace{}, page_.hub.newer_levels(levels_seen_),
-                        page_.tour != nullptr ? page_.tour->other.error_m() : 0},
+                        page_.tour != nullptr ? page_.tour->other_error_m.load() : 0},
                        hello_);
         hello_ = nullptr;
         return event;
