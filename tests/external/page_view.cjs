@@ -15,6 +15,18 @@ const places = page => page.evaluate(() => {
   const numbers = document.querySelector('#numbers'), {clientHeight} = document.querySelector('#scene');
   return {source: place([0, 0, 0]), sensor: place(newest.position_m), covered: (numbers.offsetTop + numbers.offsetHeight) / clientHeight};
 });
+/// Widths of the trail at its points, pixels; 0 at a point from which the sensor did not move.
+const trailWidths = page => page.evaluate(() => {
+  const {scene} = window.tricoil;
+  scene.draw();  // with the present camera
+  const {points, geometry: {attributes, drawRange}} = scene.sensors.get(0).trail;
+  const {clientWidth, clientHeight} = scene.canvas;
+  const place = n => scene.view.camera.position.clone().fromBufferAttribute(attributes.position, n).project(scene.view.camera);
+  return points.slice(0, drawRange.count / 6).map((_, n) => {
+    const [a, b] = [place(2 * n), place(2 * n + 1)];
+    return Math.hypot((a.x - b.x) * clientWidth / 2, (a.y - b.y) * clientHeight / 2);
+  });
+});
 const isInside = ({source, sensor, covered}) => [source, sensor].every(([x, y]) => x > 0.02 && x < 0.98 && y > covered && y < 0.98);
 const shown = all => JSON.stringify(all, (_, v) => typeof v === 'number' ? Math.round(100 * v) / 100 : v);
 
@@ -33,6 +45,10 @@ async function inThePicture(browser, html, check, pictures) {
       const found = await settled();
       check(isInside(found), `${width}: source and sensor at ${place} are in the picture ${shown(found)}`);
     }
+    const widths = (await trailWidths(page)).filter(v => v !== 0);
+    check(
+        widths.length >= kPlaces_m.length - 1 && widths.every(v => Math.abs(v - 3.5) < 0.4),
+        `${width}: the trail has its width where the sensor moved ${shown(widths)}`);
     await save(page, pictures, `view-${width}`);
     const box = await page.locator('#scene').boundingBox();
     await during(async () => {

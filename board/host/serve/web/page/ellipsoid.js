@@ -32,7 +32,7 @@ export function ellipsoidMesh() {
     depthTest: false,
     depthWrite: false
   });
-  const mesh = new Mesh(new SphereGeometry(1, 48, 32), material);
+  const mesh = new Mesh(new SphereGeometry(1, 32, 16), material);
   mesh.matrixAutoUpdate = false;
   mesh.frustumCulled = false;
   return mesh;

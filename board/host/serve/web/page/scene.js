@@ -19,11 +19,20 @@ const kFieldAxes = {
   all: 'xyz'
 };
 
+/// Without a graphics processor, smooth edges cost a third of the frames.
+function isSoftware() {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const info = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /SwiftShader|llvmpipe|softpipe|Basic Render/.test(name);
+}
+
 export class Scene {
   /// freeArea(), taken(): of CameraView. measure(ms): time of a drawing.
   constructor(canvas, {freeArea, taken, measure}) {
     this.canvas = canvas;
-    this.renderer = new WebGLRenderer({canvas, antialias: true, alpha: true});
+    this.renderer = new WebGLRenderer({canvas, antialias: !isSoftware(), alpha: true});
     this.view = new CameraView(canvas, {moved: () => this.invalidate(), freeArea, taken});
     this.scene = new ThreeScene();
     this.scene.add(new AmbientLight(0xffffff, 1.6));
@@ -115,7 +124,7 @@ export class Scene {
 
   draw() {
     this.stale = this.view.goal !== null;
-    for (const view of this.sensors.values()) view.updateTrails(this.background);
+    for (const view of this.sensors.values()) view.updateTrails(this.background, this.view.camera, this.height);
     keepLegible(this.scene, this.view.camera, this.height);
     this.renderer.render(this.scene, this.view.camera);
   }

@@ -71,10 +71,10 @@ export class SensorView {
     this.truth.add(pose, errorScale, begins);
   }
 
-  /// background: of Trail.update.
-  updateTrails(background) {
-    this.trail.update(background);
-    this.truth.tips.update(background);
+  /// background, camera, height: of Trail.update.
+  updateTrails(...view) {
+    this.trail.update(...view);
+    this.truth.tips.update(...view);
   }
 
   clearTrails() {

@@ -1,26 +1,35 @@
 // Trail of a sensor: a line whose colour is the expected error, and whose older parts are fainter.
-import {Color, SRGBColorSpace} from 'three';
-import {LineMaterial} from 'three/addons/lines/LineMaterial.js';
-import {LineSegments2} from 'three/addons/lines/LineSegments2.js';
-import {LineSegmentsGeometry} from 'three/addons/lines/LineSegmentsGeometry.js';
+import {BufferAttribute, BufferGeometry, Color, DoubleSide, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, SRGBColorSpace, Vector3} from 'three';
 
 import {errorColor} from './palette.js';
 
-const kMost = 900;  // segments
-const kStep_m = 0.001;
+const kMost = 360;  // points
+const kStep_m = 0.0025;
 const kStep_s = 0.05;  // a new point after either
 const kFaint = 0.35;   // weight of the oldest colour
+const kWidth_px = 3.5;
+const kThin = 0.4;  // opacity of a thin line
 
+const [along, sight] = [new Vector3(), new Vector3()];
+
+/// From the middle of a ribbon at `here` to its edge; the ribbon faces the camera. pixel: size of a pixel at a distance of 1 m.
+function toEdge(before, here, after, camera, pixel) {
+  sight.set(...here).sub(camera.position);
+  along.set(...after.map((v, k) => v - before[k])).cross(sight);
+  return along.setLength(along.lengthSq() > 0 ? kWidth_px / 2 * pixel * sight.length() : 0).toArray();
+}
+
+/// A ribbon, or a thin line: three.js's own wide lines take five times as long without a graphics processor.
 export class Trail {
-  constructor(width = 3.5, opacity = 1) {
+  /// isThin: of one pixel and pale.
+  constructor(isThin = false) {
     this.points = [];  // {p, t, color, begins}; color: linear
-    this.newest = null;
-    this.geometry = new LineSegmentsGeometry();
-    this.geometry.setPositions(new Float32Array(6 * kMost));
-    this.geometry.setColors(new Float32Array(6 * kMost));
-    this.geometry.instanceCount = 0;
-    this.line = new LineSegments2(
-        this.geometry, new LineMaterial({linewidth: width, vertexColors: true, transparent: opacity < 1, opacity, depthWrite: false}));
+    this.isThin = isThin;
+    this.geometry = new BufferGeometry().setIndex(new BufferAttribute(new Uint16Array(6 * kMost), 1));
+    for (const name of ['position', 'color']) this.geometry.setAttribute(name, new BufferAttribute(new Float32Array(6 * kMost), 3));
+    this.line = isThin ?
+        new LineSegments(this.geometry, new LineBasicMaterial({vertexColors: true, transparent: true, opacity: kThin, depthWrite: false})) :
+        new Mesh(this.geometry, new MeshBasicMaterial({vertexColors: true, side: DoubleSide, depthWrite: false}));
     this.line.frustumCulled = false;
   }
 
@@ -35,21 +44,25 @@ export class Trail {
 
   clear() { this.points.length = 0; }
 
-  /// background: colour that old parts fade to: red, green and blue, linear.
-  update(background) {
-    const positions = this.geometry.attributes.instanceStart.data;
-    const colors = this.geometry.attributes.instanceColorStart.data;
+  /// background: colour that old parts fade to: red, green and blue, linear. height: of the picture, pixels.
+  update(background, camera, height) {
+    const {index, attributes: {position, color}} = this.geometry;
+    const pixel = 2 * Math.tan(camera.fov * Math.PI / 360) / height;
     let count = 0;
-    for (let n = 1; n < this.points.length; ++n) {
-      const [a, b] = [this.points[n - 1], this.points[n]];
-      if (b.begins) continue;
-      const weight = kFaint + (1 - kFaint) * n / this.points.length;
-      const mixed = color => color.map((v, k) => weight * v + (1 - weight) * background[k]);
-      positions.array.set([...a.p, ...b.p], 6 * count);
-      colors.array.set([...mixed(a.color), ...mixed(b.color)], 6 * count);
-      ++count;
-    }
-    positions.needsUpdate = colors.needsUpdate = true;
-    this.geometry.instanceCount = count;
+    this.points.forEach(({p, color: own, begins}, n) => {
+      const weight = kFaint + (1 - kFaint) * (n + 1) / this.points.length;
+      const mixed = own.map((v, k) => weight * v + (1 - weight) * background[k]);
+      const [before, after] = [this.points[n - 1], this.points[n + 1]];
+      const edge = this.isThin ? [0, 0, 0] : toEdge(before && !begins ? before.p : p, p, after && !after.begins ? after.p : p, camera, pixel);
+      position.array.set(p.map((v, k) => v + edge[k]), 6 * n);
+      position.array.set(p.map((v, k) => v - edge[k]), 6 * n + 3);
+      color.array.set([...mixed, ...mixed], 6 * n);
+      if (!before || begins) return;
+      const corners = this.isThin ? [2 * n - 2, 2 * n] : [2 * n - 2, 2 * n - 1, 2 * n, 2 * n, 2 * n - 1, 2 * n + 1];
+      index.array.set(corners, count);
+      count += corners.length;
+    });
+    for (const buffer of [index, position, color]) buffer.needsUpdate = true;
+    this.geometry.setDrawRange(0, count);
   }
 }

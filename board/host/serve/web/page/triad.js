@@ -1,5 +1,6 @@
 // Solids of the scene: a body with three coils and labelled axes, and labels that face the viewer.
-import {BoxGeometry, CanvasTexture, ConeGeometry, CylinderGeometry, Group, Mesh, MeshLambertMaterial, Quaternion, Sprite, SpriteMaterial, SRGBColorSpace, TorusGeometry, Vector3} from 'three';
+import {BoxGeometry, BufferAttribute, CanvasTexture, Color, ConeGeometry, CylinderGeometry, Group, Mesh, MeshLambertMaterial, Quaternion, Sprite, SpriteMaterial, SRGBColorSpace, TorusGeometry, Vector3} from 'three';
+import {mergeGeometries} from 'three/addons/utils/BufferGeometryUtils.js';
 
 import {palette} from './palette.js';
 
@@ -48,34 +49,35 @@ export function label(text, height, color) {
   return sprite;
 }
 
-function arrow(direction, length, radius, color) {
-  const material = new MeshLambertMaterial({color});
+/// Parts of an arrow along y.
+function arrow(length, radius) {
   const head = 4 * radius;
-  const shaft = new Mesh(new CylinderGeometry(radius, radius, length - 2 * head, 12), material);
-  const tip = new Mesh(new ConeGeometry(2.4 * radius, 2 * head, 16), material);
-  shaft.position.y = (length - 2 * head) / 2;
-  tip.position.y = length - head;
-  const group = new Group();
-  group.add(shaft, tip);
-  group.quaternion.copy(new Quaternion().setFromUnitVectors(kUp, direction));
-  return group;
+  const shaft = new CylinderGeometry(radius, radius, length - 2 * head, 8, 1, true).translate(0, (length - 2 * head) / 2, 0);
+  return [shaft, new ConeGeometry(2.4 * radius, 2 * head, 12).translate(0, length - head, 0)];
 }
 
-/// body: edge of the cube that carries the coils (m). length: of the axes. text: height of their names; 0: none.
+function colored(geometry, color) {
+  const {r, g, b} = new Color(color);
+  return geometry.setAttribute('color', new BufferAttribute(new Float32Array(geometry.attributes.position.count * 3).map((_, k) => [r, g, b][k % 3]), 3));
+}
+
+/// body: edge of the cube that carries the coils (m). length: of the axes. text: height of their names; 0: none. The solids are one
+/// mesh: without a graphics processor, each mesh takes long.
 export function triad(body, length, text) {
+  const parts = [colored(new BoxGeometry(0.86 * body, 0.86 * body, 0.86 * body), palette.core)];
   const group = new Group();
-  group.add(new Mesh(new BoxGeometry(0.86 * body, 0.86 * body, 0.86 * body), new MeshLambertMaterial({color: palette.core})));
   for (const [name, direction] of Object.entries(kDirections)) {
-    const color = palette[name];
-    const coil = new Mesh(new TorusGeometry(0.66 * body, 0.085 * body, 10, 40), new MeshLambertMaterial({color}));
-    coil.quaternion.setFromUnitVectors(kTorusAxis, direction);
-    group.add(coil, arrow(direction, length, 0.055 * body + 0.0012, color));
+    const coil = new TorusGeometry(0.66 * body, 0.085 * body, 6, 24).applyQuaternion(new Quaternion().setFromUnitVectors(kTorusAxis, direction));
+    const along = new Quaternion().setFromUnitVectors(kUp, direction);
+    const axis = arrow(length, 0.055 * body + 0.0012).map(part => part.applyQuaternion(along));
+    parts.push(...[coil, ...axis].map(part => colored(part, palette[name])));
     if (text > 0) {
-      const sprite = label(name, text, color);
+      const sprite = label(name, text, palette[name]);
       sprite.position.copy(direction).multiplyScalar(length + 0.6 * text);
       group.add(sprite);
     }
   }
+  group.add(new Mesh(mergeGeometries(parts), new MeshLambertMaterial({vertexColors: true})));
   return group;
 }
 

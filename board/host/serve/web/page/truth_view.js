@@ -18,7 +18,7 @@ const kUp = new Vector3(0, 1, 0);
 export class TruthView {
   constructor() {
     this.group = new Group();
-    this.tips = new Trail(1, 0.4);
+    this.tips = new Trail(true);
     this.scale = null;  // of the tips
     this.setTheme();
     this.hide();
@@ -32,7 +32,7 @@ export class TruthView {
       if (part.material) Object.assign(part.material, {transparent: true, opacity: kGhost, depthWrite: false});
     });
     const ball = new MeshBasicMaterial({color: palette.error, transparent: true, opacity: kBall, depthWrite: false});
-    this.ghost.add(new Mesh(new SphereGeometry(kBall_m, 32, 20), ball));
+    this.ghost.add(new Mesh(new SphereGeometry(kBall_m, 24, 12), ball));
     this.name = label('true sensor', kText_m, palette.error);
     this.name.center.set(0.5, 2.4);  // below the sensor
     // Without depth test, so that the sensor does not hide a small error.
