@@ -53,7 +53,7 @@ async function shown({page, wait}, step, name) {
 async function steps(demo) {
   const {page, text, wait} = demo;
   check(
-      await page.locator('#tour_steps button').count() === 5 && /A hand moves/.test(await text('#tour_text')) &&
+      await page.locator('#tour_steps button').count() === 5 && /A simulated hand moves/.test(await text('#tour_text')) &&
           await text('#source') === 'simulation',
       `five steps, the first with its sentence: ${await text('#tour_text')}`);
   await wait(() => window.tricoil.firstPictureMs);
