@@ -44,7 +44,7 @@ struct PageStatus {
     std::vector<Vec3<double>> confinement;  // of PoseHub
     TourPlace tour = {};
     nlohmann::ordered_json levels = nullptr;  // PageLevels::newer()
-    double other_error_m = 0;                 // OtherMethod::error_m() of the tour
+    double other_error_m = 0;                 // Tour::other_error_m
 };
 
 /// Data that a page needs once: columns of the compact form, names of flags and states, the flags that make a pose invalid, the

@@ -47,7 +47,7 @@ async function inThePicture(browser, html, check, pictures) {
     }
     const widths = (await trailWidths(page)).filter(v => v !== 0);
     check(
-        widths.length >= kPlaces_m.length - 1 && widths.every(v => Math.abs(v - 3.5) < 0.4),
+        widths.length >= kPlaces_m.length - 1 && widths.every(v => Math.abs(v - 3.5) < 0.05),
         `${width}: the trail has its width where the sensor moved ${shown(widths)}`);
     await save(page, pictures, `view-${width}`);
     const box = await page.locator('#scene').boundingBox();

@@ -52,7 +52,7 @@ export class Readout {
     put('snr', isMeasured(pose) ? number(pose.snr_db, 1) : '–');
     put('expected', pose.valid ? short(pose.expected_mm) : '–');
     put('distortion', isMeasured(pose) ? short(pose.distortion_mm) : '–');
-    put('limit', `of ${settings.limit_mm} mm`);
+    put('limit', `limit ${settings.limit_mm} mm`);
     const share = Math.min(1, (pose.distortion_mm || 0) / settings.limit_mm);
     element('distortion_bar').style.setProperty('--share', String(share));
     element('distortion_bar').dataset.over = String(pose.distortion_mm > settings.limit_mm || pose.names.includes('distorted'));

@@ -19,7 +19,7 @@ const kFieldAxes = {
   all: 'xyz'
 };
 
-/// Without a graphics processor, smooth edges cost a third of the frames.
+/// True if there is no graphics processor: smooth edges would then cost a third of the frames.
 function isSoftware() {
   const gl = document.createElement('canvas').getContext('webgl2');
   const info = gl?.getExtension('WEBGL_debug_renderer_info');

@@ -5,30 +5,34 @@ import {errorColor} from './palette.js';
 
 const kMost = 360;  // points
 const kStep_m = 0.0025;
-const kStep_s = 0.05;  // a new point after either
-const kFaint = 0.35;   // weight of the oldest colour
+const kStep_s = 0.125;  // a new point after either
+const kFaint = 0.35;    // weight of the oldest colour
 const kWidth_px = 3.5;
-const kThin = 0.4;  // opacity of a thin line
+const kThin = 0.4;  // opacity of a thin line of one pixel of the page
+const kLeast_m = 1e-6;
 
-const [along, sight] = [new Vector3(), new Vector3()];
+const [along, sight, forward] = [new Vector3(), new Vector3(), new Vector3()];
+const difference = (a, b) => a.map((v, k) => v - b[k]);
 
-/// From the middle of a ribbon at `here` to its edge; the ribbon faces the camera. pixel: size of a pixel at a distance of 1 m.
+/// From the middle of a ribbon at `here` to its edge, in a plane parallel to the picture. pixel: size of a pixel at a depth of 1 m.
 function toEdge(before, here, after, camera, pixel) {
   sight.set(...here).sub(camera.position);
-  along.set(...after.map((v, k) => v - before[k])).cross(sight);
-  return along.setLength(along.lengthSq() > 0 ? kWidth_px / 2 * pixel * sight.length() : 0).toArray();
+  along.set(...difference(after, before));
+  if (along.length() < kLeast_m) along.set(...difference(here, before));  // it turns back
+  along.cross(sight).projectOnPlane(forward);
+  return along.setLength(along.lengthSq() > 0 ? kWidth_px / 2 * pixel * sight.dot(forward) : 0).toArray();
 }
 
-/// A ribbon, or a thin line: three.js's own wide lines take five times as long without a graphics processor.
+/// A ribbon, or a thin line: the wide lines of three.js take five times as long without a graphics processor.
 export class Trail {
-  /// isThin: of one pixel and pale.
+  /// isThin: of one device pixel and pale.
   constructor(isThin = false) {
     this.points = [];  // {p, t, color, begins}; color: linear
     this.isThin = isThin;
     this.geometry = new BufferGeometry().setIndex(new BufferAttribute(new Uint16Array(6 * kMost), 1));
     for (const name of ['position', 'color']) this.geometry.setAttribute(name, new BufferAttribute(new Float32Array(6 * kMost), 3));
     this.line = isThin ?
-        new LineSegments(this.geometry, new LineBasicMaterial({vertexColors: true, transparent: true, opacity: kThin, depthWrite: false})) :
+        new LineSegments(this.geometry, new LineBasicMaterial({vertexColors: true, transparent: true, opacity: kThin * Math.min(devicePixelRatio, 2), depthWrite: false})) :
         new Mesh(this.geometry, new MeshBasicMaterial({vertexColors: true, side: DoubleSide, depthWrite: false}));
     this.line.frustumCulled = false;
   }
@@ -48,6 +52,7 @@ export class Trail {
   update(background, camera, height) {
     const {index, attributes: {position, color}} = this.geometry;
     const pixel = 2 * Math.tan(camera.fov * Math.PI / 360) / height;
+    camera.getWorldDirection(forward);
     let count = 0;
     this.points.forEach(({p, color: own, begins}, n) => {
       const weight = kFaint + (1 - kFaint) * (n + 1) / this.points.length;
