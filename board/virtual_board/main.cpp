@@ -155,9 +155,9 @@ public:
         board_.emplace(read_file(options.image), scenario_, BoardCircuit::draw(options.board_seed, options.warmer_k));
         load_flash(*board_, options.flash);
         if (options.as_chip) {
-            board_->machine.bus.on_ignored = [this](const std::string& access) {
-                if (ignored_.insert(access).second) {
-                    host::print_error("tricoil-virtual-board: warning", access + ": ignored, as on the chip");
+            board_->machine.bus.on_doubt = [this](const std::string& text) {
+                if (doubts_.insert(text).second) {
+                    host::print_error("tricoil-virtual-board: warning", text);
                 }
             };
         }
@@ -259,7 +259,7 @@ private:
     std::optional<BoardFaults> faults_;
     std::vector<std::unique_ptr<Bridge>> bridges_;
     OutputHash hash_;
-    std::set<std::string> ignored_;  // accesses, each reported once
+    std::set<std::string> doubts_;  // each reported once
 };
 
 int run(const Options& options) {
@@ -313,7 +313,9 @@ int main_program(int argc, char** argv) {
     program.add_option("--pace", o.pace, "Simulation speed: real, fast, or auto (real if a link is connected)")
         ->capture_default_str();
     program.add_option("--flash", o.flash, "Flash bank 2: read at the start if the file exists, written at the end");
-    program.add_flag("--as-chip", o.as_chip, "Warn about accesses to a peripheral without a clock, which the chip ignores");
+    program.add_flag("--as-chip", o.as_chip,
+                     "Go on, with a warning, as the chip does: access to a peripheral without a clock, core clock above the "
+                     "limit of the core voltage");
     program.add_flag("--registers", o.list_registers, "Print every modelled register with its modelled bits, and exit");
     program.add_option("--report", o.report, "Write the final report to this file");
     std::string faults = "Fault of the simulated world (as in tricoil run --fault) or of the board, NAME[:NUMBER][@BEGIN[-END]]:";

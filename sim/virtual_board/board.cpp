@@ -97,7 +97,11 @@ void VirtualBoard::check_frequency(double hz) const {
                                                    {26e6, 12e6, "26 MHz in range 2 (PWR_CR1.VOS)"},
                                                    {2e6, 2e6, "2 MHz in low-power run mode (PWR_CR1.LPR)"}}};
     const Limit& limit = kLimits[static_cast<std::size_t>(pwr.range())];
-    fail_if(hz > limit.hz, "core clock of {:.0f} MHz is above {}", hz / 1e6, limit.text);
+    if (hz > limit.hz) {
+        const std::string text = fmt::format("core clock of {:.0f} MHz is above {}", hz / 1e6, limit.text);
+        fail_if(!machine.bus.on_doubt, "{}", text);
+        return machine.bus.on_doubt(text + ": the chip may fail");
+    }
     fail_if(hz > limit.hz_per_state * (flash.wait_states() + 1), "{} flash wait states are too few for {:.0f} MHz",
             flash.wait_states(), hz / 1e6);
 }

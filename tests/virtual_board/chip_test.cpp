@@ -207,12 +207,31 @@ TEST_F(Chip, TrapsOfDivisionAndAlignmentEndTheRun) {
 TEST_F(Chip, AccessWithoutAClockIsRefusedOrIgnored) {
     Bus& bus = board.machine.bus;
     EXPECT_THROW(bus.write(0x40000000, 1, 4), RunFailure) << "TIM2";
-    std::vector<std::string> ignored;
-    bus.on_ignored = [&](const std::string& access) { ignored.push_back(access); };
+    std::vector<std::string> doubts;
+    bus.on_doubt = [&](const std::string& text) { doubts.push_back(text); };
     bus.write(0x40000000, 1, 4);
     EXPECT_EQ(bus.read(0x40000000, 4), 0U);
-    EXPECT_THAT(ignored, ElementsAre("TIM2: write at 0x40000000 before its clock is on",
-                                     "TIM2: read at 0x40000000 before its clock is on"));
+    EXPECT_THAT(doubts, ElementsAre("TIM2: write at 0x40000000 before its clock is on: ignored, as on the chip",
+                                    "TIM2: read at 0x40000000 before its clock is on: ignored, as on the chip"));
+}
+
+/// As programs of the vendor do: boost mode is set while PWR has no clock, which has no effect.
+TEST_F(Chip, ClockAboveTheLimitOfTheVoltageIsRefusedOrDoubtful) {
+    Bus& bus = board.machine.bus;
+    constexpr std::uint32_t kCr = 0x40021000, kCfgr = kCr + 8, kPllCfgr = kCr + 12;
+    run(ChipJob::option_bytes);                                     // then the program waits
+    bus.write(0x40022000, 4, 4);                                    // wait states
+    bus.write(0x40007080, 0, 4);                                    // PWR_CR5: boost mode
+    bus.write(kPllCfgr, 2U | 3U << 4U | 85U << 8U | 1U << 24U, 4);  // 16 MHz / 4 * 85 / 2
+    bus.write(kCr, bus.read(kCr, 4) | 1U << 24U, 4);
+    board.run_until(board.now_s() + 1e-3);
+    const auto use_pll = [&] { bus.write(kCfgr, 3, 4); };
+    EXPECT_THROW(use_pll(), RunFailure);
+    std::vector<std::string> doubts;
+    bus.on_doubt = [&](const std::string& text) { doubts.push_back(text); };
+    use_pll();
+    EXPECT_THAT(doubts,
+                ElementsAre("core clock of 170 MHz is above 150 MHz without boost mode (PWR_CR5.R1MODE): the chip may fail"));
 }
 
 }  // namespace

@@ -43,9 +43,9 @@ inline constexpr std::array<AbsentPeripheral, 25> kAbsent{
 /// All functions throw RunFailure: no peripheral at this address, its clock is off, or it does not support the access.
 class Bus {
 public:
-    /// If set, an access without a clock does what it does on the chip: a write is ignored, a read gives zero. The function gets
-    /// a description of the access.
-    std::function<void(const std::string&)> on_ignored;
+    /// If set, a doubtful access does what it does on the chip, and the function gets a line about it. Without a clock a write is
+    /// ignored, and a read gives zero.
+    std::function<void(const std::string&)> on_doubt;
     void attach(Mapping mapping) { mappings_.push_back(std::move(mapping)); }
     std::uint32_t read(std::uint32_t address, unsigned bytes) {
         Mapping& m = device_at(address);
@@ -103,11 +103,11 @@ private:
             return true;
         }
         const std::string text = fmt::format("{}: {} at {:#010x} before its clock is on", m.name, access, address);
-        if (!on_ignored && !m.may_be_off) {
+        if (!on_doubt && !m.may_be_off) {
             throw RunFailure(text);
         }
-        if (on_ignored) {
-            on_ignored(text);
+        if (on_doubt) {
+            on_doubt(text + ": ignored, as on the chip");
         }
         return false;
     }
