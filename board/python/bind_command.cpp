@@ -46,7 +46,7 @@ constexpr host::OwnCommand kOwn[] = {
     {"doctor", host::add_doctor_command},
     {"selfcheck", host::add_selfcheck_command},
     {"protocol", host::add_python_command},
-    {"motion", host::add_motion_command},
+    {"motion", host::add_python_command},
     {"figures", host::add_python_command},
     {"help", host::add_help_command},
     {"completion", host::add_completion_command},

@@ -36,6 +36,7 @@ CLI::Option* add_option(CLI::App* sub, const std::string& name, const std::strin
         {"numbers", list<double>},
         {"texts", list<std::string>},
         {"xyz", [](auto* to, auto& n, auto& h) { return vector_xyz(list<double>(to, n, h)); }},
+        {"pair", [](auto* to, auto& n, auto& h) { return numbers(list<double>(to, n, h), "A,B", 2); }},
         {"files", [](auto* to, auto& n, auto& h) { return option<std::vector<std::string>>(to, n, h)->type_name(kFileType); }},
         {"wiring", [](auto* to, auto& n, auto&) { return file_name(option<std::string>(to, n, kWiringHelp)); }},
         {kFileType, [](auto* to, auto& n, auto& h) { return file_name(option<std::string>(to, n, h)); }},
@@ -55,7 +56,9 @@ void add_listed(CLI::App* sub, const Json& listed, OutputOptions& stages) {
     if (words.empty()) {
         sub->add_flag(name)->description(listed[1]);
     } else if (words[0] == "reader") {
-        add_reader_options(sub);
+        add_reader_options(sub, listed[1]);
+    } else if (words[0] == "group") {
+        add_python_options(sub, name);
     } else if (words[0] == "stages") {
         add_stage_options(sub, stages);
     } else {

@@ -36,7 +36,7 @@ def _words(options: dict[str, Any]) -> list[str]:
 # Commands in this package: the module whose run() gives the result, or a tuple of it and more, and the files that it takes.
 MODULES = {"bench": ("_bench", "one"), "calibrate wiring": ("_wiring_command", "all"), "convert": ("_convert", "one"),
            "couplings": ("_couplings_command", "none"), "demodulate": ("_demodulate", "one"),
-           "design": ("_design", "none"), "figures": ("_figures", "none"), "motion": ("_motion_command", "none"), "truth": ("_truth_command", "all"),
+           "design": ("_design", "none"), "figures": ("_figures", "none"), "motion": ("_motion_example", "none"), "truth": ("_truth_command", "all"),
            "generator simulate": ("_generator_simulate", "none"), "generator solve": ("_generator_solve", "all"),
            "generator track": ("_generator_track", "all"), "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "calibrate surroundings": ("_surroundings", "all"), "calibrate low-band": ("_low_band", "all"),
            "calibrate pick-up": ("_pick_up", "all"), "plot": ("_plot_command", "one"), "protocol": ("_protocol", "none")}
@@ -46,8 +46,6 @@ NEEDED = {"demodulate": "carrier_hz", "figures": "out"}
 
 def in_python(name, arguments, options) -> bool:
     """True for a command, or a kind of it, that the program hands over to this package."""
-    if name == "motion":
-        return bool({"poses", "trajectory", "plan"} & options.keys())
     if name == "convert":
         return len(arguments) == 1 and (os.path.isfile(arguments[0]) or options.get("to") in ("mat", "mcap", "rests"))
     return name in MODULES and (name not in WITH_CALIBRATION or hasattr(_tricoil, "Bands"))  # without it the program says so

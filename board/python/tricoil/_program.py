@@ -91,11 +91,13 @@ def evaluate(options, files):
 
 
 def motion(options, files):
-    from tricoil import _motion_command
+    from tricoil import _motion_example
 
     as_json = options.pop("json", False)
-    result, text = _motion_command.run(**options)
-    if "-" not in (options.get("out"), options.get("plan")):
+    result, text = _motion_example.run(**options)
+    if not _motion_example.FILES & options.keys():
+        put_result(result, as_json, text, options.get("out"))
+    elif "-" not in (options.get("out"), options.get("plan")):
         put_result(result, as_json, text)
         put_written(as_json, options.get("out"), options.get("plot"), options.get("plan"))
 
@@ -248,7 +250,7 @@ COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodul
             "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "protocol": protocol, "table": table, "truth": truth,
             "wiring": wiring, **{name.replace("_", "-"): of_calibrate(f"_{name}") for name in ("low_band", "pick_up", "surroundings")},
             **{name: of_generator(name) for name in ("simulate", "solve", "track", "calibrate")}}
-WITHOUT_SCIPY = ("evaluate-picture", "figures", "low-band", "pick-up", "plot", "protocol", "table")
+WITHOUT_SCIPY = ("evaluate-picture", "figures", "low-band", "motion", "pick-up", "plot", "protocol", "table")
 
 
 class Interrupted(KeyboardInterrupt):
@@ -270,7 +272,9 @@ def is_numerical(error):
 def start(name, words):
     # Of matplotlib: its list of fonts is kept where it is for every program; no folder of settings is read or made.
     os.environ["MPLCONFIGDIR"] = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "matplotlib")
-    for module in ("numpy",) if name in WITHOUT_SCIPY else ("numpy", "scipy"):
+    options, files = words_of(words)
+    is_light = name in WITHOUT_SCIPY and not {"dynamic", "poses", "trajectory", "plan"} & options.keys()
+    for module in ("numpy",) if is_light else ("numpy", "scipy"):
         if importlib.util.find_spec(module) is None:
             refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy", 3)
     find_package()
@@ -278,7 +282,7 @@ def start(name, words):
         importlib.import_module("tricoil")
     except ImportError as error:
         refuse(f"{name}: needs the Python package of tricoil ({error}): install the package python3-tricoil", 3)
-    COMMANDS[name](*words_of(words))
+    COMMANDS[name](options, files)
 
 
 def main():
