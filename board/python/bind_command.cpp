@@ -34,7 +34,7 @@ constexpr host::OwnCommand kOwn[] = {
     {"plot", host::add_python_command},
 #ifdef TRICOIL_WITH_CALIBRATION
     {"calibrate", host::add_calibrate_command, host::renew_calibrate},
-    {"evaluate", host::add_evaluate_command},
+    {"evaluate", host::add_python_command},
 #endif
     {"couplings", host::add_python_command},
     {"bench", host::add_python_command},

@@ -12,7 +12,6 @@ namespace tricoil::host {
 void add_run_command(CLI::App* sub, Action& action);
 void add_selfcheck_command(CLI::App* sub, Action& action);
 void add_calibrate_command(CLI::App* sub, Action& action);
-void add_evaluate_command(CLI::App* sub, Action& action);
 void add_device_command(CLI::App* sub, Action& action);
 void add_doctor_command(CLI::App* sub, Action& action);
 void add_replay_command(CLI::App* sub, Action& action);

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ._motion import PARTS, has_prediction, simulated
+from ._number_text import number_text
 from ._output_file import write_whole
 from ._progress import bar
 
@@ -84,7 +85,7 @@ def text(r: dict) -> str:
              "                 max|e_rho| m   max|e_alpha| max|e_beta| rad   final e_beta"]
     for name, key in (("measured", "measured"), ("predicted", "predicted"), ("exact steps", "exact_step")):
         if key in r:
-            lines.append(f"  {name:<12}" + "".join(f" {value:>14.9f}" for value in r[key].values()))
+            lines.append(f"  {name:<12}" + "".join(f" {number_text(value, '>14.9f')}" for value in r[key].values()))
     if "predicted" in r:
         e_rho, e_alpha, e_beta = r["max_abs_predicted_minus_measured"].values()
         lines.append(f"predicted minus measured, at most: e_rho {e_rho:.2e} m, e_alpha {e_alpha:.2e} rad, e_beta {e_beta:.2e} rad")
