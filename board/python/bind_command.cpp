@@ -34,7 +34,7 @@ constexpr host::OwnCommand kOwn[] = {
     {"plot", host::add_python_command},
 #ifdef TRICOIL_WITH_CALIBRATION
     {"calibrate", host::add_calibrate_command, host::renew_calibrate},
-    {"evaluate", host::add_evaluate_command},
+    {"evaluate", host::add_python_command},
 #endif
     {"couplings", host::add_python_command},
     {"bench", host::add_python_command},
@@ -46,7 +46,7 @@ constexpr host::OwnCommand kOwn[] = {
     {"doctor", host::add_doctor_command},
     {"selfcheck", host::add_selfcheck_command},
     {"protocol", host::add_python_command},
-    {"motion", host::add_motion_command},
+    {"motion", host::add_python_command},
     {"figures", host::add_python_command},
     {"help", host::add_help_command},
     {"completion", host::add_completion_command},

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <complex>
 
-#include "board/host/figures/error_csv.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
 #include "board/support/errors.hpp"
@@ -14,7 +13,6 @@
 #include "core/tracking/judge/misfit.hpp"
 #include "sim/motion/recorded_motion.hpp"
 #include "sim/motion/simple_motions.hpp"
-#include "sim/paper/paper_simulation.hpp"
 #include "sim/world/metal/metal_set.hpp"
 #include "sim/world/metal/sphere.hpp"
 
@@ -25,15 +23,6 @@ namespace py = pybind11;
 
 constexpr double kCarrier_hz = 10e3;
 constexpr double kGenerated_s = 5;
-
-/// Writes the updates of an example of the paper, with the equations of its figures: range (37) and elevation (28) with kappa of
-/// (29), azimuth (35) with kappa = 2. attitude_factor: of the rates of (41).
-void write_plotted(const std::string& file, const std::string& name, double attitude_factor) {
-    paper::Example example = paper::example(name);
-    example.attitude.amplitude *= attitude_factor;
-    host::write_error_csv(
-        file, paper::simulate(example, {.kappa = error_model::KappaForm::paper, .azimuth_kappa = error_model::KappaForm::two}));
-}
 
 /// Moment of a sphere by frequency, by the name of its material; that of a perfect conductor of its size is -1.
 py::dict sphere_response(const Array& frequency_hz, double radius_m) {
@@ -96,7 +85,6 @@ void add_figures(py::module_& module) {
     module.def("sphere_errors", sphere_errors);
     module.def("sphere_response", sphere_response);
     module.def("motion_poses", motion_poses);
-    module.def("write_plotted", write_plotted);
 }
 
 }  // namespace tricoil::python

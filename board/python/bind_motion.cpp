@@ -2,8 +2,9 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <map>
 #include <numbers>
 
 #include "board/python/long_call.hpp"
@@ -15,42 +16,95 @@
 #include "core/error_model/cartesian_error.hpp"
 #include "core/error_model/error_budget.hpp"
 #include "sim/paper/paper_simulation.hpp"
+#include "sim/paper/singularities.hpp"
 
 namespace tricoil::python {
 namespace {
 
 namespace py = pybind11;
 
-/// Columns of the updates, which _motion.py names; all of the predicted errors are NaN if there is no prediction.
-Array motion(const std::string& example, const std::string& loop, const std::string& form, const std::string& kappa, int passes,
-             double rate_hz, double duration_s, const py::object& progress) {
-    LongCall call(progress);
-    std::vector<double> columns;
-    {
-        const py::gil_scoped_release released;
-        const auto& names = paper::example_names();
-        const paper::Example chosen = paper::example(names[host::index_of_name("example", example, names)]);
-        host::refuse_if(!(rate_hz >= 1 && rate_hz <= 1e5), "rate_hz must be 1 to 1e5");
-        paper::SimulationParams params;
-        params.loop = static_cast<error_model::Loop>(host::index_of_name("loop", loop, {"open", "closed"}));
-        params.form = static_cast<paper::Form>(host::index_of_name("form", form, {"angles", "vectors"}));
-        params.kappa = static_cast<error_model::KappaForm>(host::index_of_name("kappa", kappa, {"exact", "paper", "two"}));
-        params.passes = passes;
-        params.update_s = 1 / rate_hz;
-        params.duration_s = duration_s;
-        const double none = paper::has_prediction(params) ? 0 : std::numeric_limits<double>::quiet_NaN();
-        for (const auto& u :
-             paper::simulate(chosen, params, [&](const paper::Update& u) { call.check(u.time_s / duration_s); })) {
-            const auto& real = u.real.position;
-            const auto& [e, turn] = u.measured;
-            columns.insert(columns.end(),
-                           {u.time_s, real.range_m, real.azimuth_rad, real.elevation_rad, e.range_m, u.predicted.range_m + none,
-                            e.azimuth_rad, u.predicted.azimuth_rad + none, e.elevation_rad, u.predicted.elevation_rad + none,
-                            turn.azimuth_rad, turn.elevation_rad, turn.roll_rad, u.position_error_m.norm()});
+/// A motion of the paper, or own rates if `name` is empty. rates: A and B of (40), which replace those of the example.
+paper::Example example_of(const std::string& name, const std::map<std::string, std::array<double, 2>>& rates,
+                          double start_range_m) {
+    const auto& names = paper::example_names();
+    paper::Example example;
+    if (!name.empty()) {
+        example = paper::example(names[host::index_of_name("example", name, names)]);
+    }
+    for (const auto& [of, ab] : rates) {
+        if (of == "range") {
+            example.range = {ab[1], ab[0], 10 * std::numbers::pi};  // (40): the range's frequency is fixed
+        } else {
+            (of == "azimuth"     ? example.azimuth
+             : of == "elevation" ? example.elevation
+                                 : example.attitude) = paper::paper_angle_rate(ab[0], ab[1]);
         }
     }
-    constexpr py::ssize_t kColumns = 14;
-    return Array({static_cast<py::ssize_t>(columns.size()) / kColumns, kColumns}, columns.data());
+    example.start.range_m = start_range_m;
+    return example;
+}
+
+error_model::KappaForm kappa_of(const std::string& name) {
+    return static_cast<error_model::KappaForm>(host::index_of_name("kappa", name, {"exact", "paper", "two"}));
+}
+
+void append(std::vector<double>& columns, const paper::Update& u) {
+    const auto add = [&](std::initializer_list<double> numbers) { columns.insert(columns.end(), numbers); };
+    const auto& real = u.real.position;
+    const auto& [e, turn] = u.measured;
+    const auto& exact = u.exact.position;
+    add({u.time_s, static_cast<double>(to_us(u.stamp)), real.range_m, real.azimuth_rad, real.elevation_rad});
+    add({e.range_m, u.predicted.range_m, exact.range_m});
+    add({e.azimuth_rad, u.predicted.azimuth_rad, exact.azimuth_rad});
+    add({e.elevation_rad, u.predicted.elevation_rad, exact.elevation_rad});
+    add({u.measured_azimuth_rate_error_rad_s, u.predicted_azimuth_rate_error_rad_s});
+    add({turn.azimuth_rad, turn.elevation_rad, turn.roll_rad});
+    add({u.position_error_m.norm(), u.predicted_position_error_m.norm(), u.rotation_error_rad});
+}
+constexpr py::ssize_t kColumns = 22;
+
+/// Singular instants are predicted for the angle form with one pass; the pole-free form has none.
+py::object singularities(const std::vector<paper::Update>& updates, const paper::SimulationParams& params) {
+    using namespace py::literals;
+    if (params.form != paper::Form::angles || !paper::has_prediction(params)) {
+        return py::none();
+    }
+    const auto found = paper::compare_singularities(updates, params.update_s);
+    return py::dict("predicted"_a = found.predicted_s.size(), "measured_passages"_a = found.passages_s.size(),
+                    "measured_jumps"_a = found.jumps_s.size(), "hits"_a = found.hits, "missed"_a = found.missed,
+                    "false_alarms"_a = found.false_alarms, "worst_hit_distance_s"_a = found.worst_distance_s,
+                    "predicted_s"_a = found.predicted_s, "jumps_s"_a = found.jumps_s);
+}
+
+/// azimuth_kappa: of the azimuth, if it differs; empty: kappa. attitude_factor: of the amplitude of (41). Returns the columns of
+/// the updates, which _motion.py names, and the singular instants or None.
+py::tuple motion(const std::string& example, const std::map<std::string, std::array<double, 2>>& rates, double start_range_m,
+                 const std::string& loop, const std::string& form, const std::string& kappa, const std::string& azimuth_kappa,
+                 int passes, double update_s, double duration_s, double start_s, double attitude_factor,
+                 const py::object& progress) {
+    LongCall call(progress);
+    paper::Example chosen = example_of(example, rates, start_range_m);
+    chosen.attitude.amplitude *= attitude_factor;
+    paper::SimulationParams params;
+    params.loop = static_cast<error_model::Loop>(host::index_of_name("loop", loop, {"open", "closed"}));
+    params.form = static_cast<paper::Form>(host::index_of_name("form", form, {"angles", "vectors"}));
+    params.kappa = kappa_of(kappa);
+    params.azimuth_kappa = kappa_of(azimuth_kappa.empty() ? kappa : azimuth_kappa);
+    params.passes = passes;
+    params.update_s = update_s;
+    params.duration_s = duration_s;
+    params.start = DeviceTime{microseconds_from_seconds(start_s)};
+    std::vector<paper::Update> updates;
+    {
+        const py::gil_scoped_release released;
+        updates = paper::simulate(chosen, params, [&](const paper::Update& u) { call.check(u.time_s / duration_s); });
+    }
+    std::vector<double> columns;
+    for (const paper::Update& update : updates) {
+        append(columns, update);
+    }
+    return py::make_tuple(Array({static_cast<py::ssize_t>(updates.size()), kColumns}, columns.data()),
+                          singularities(updates, params));
 }
 
 /// motion: (N, 19): position, quaternion (w, x, y, z), velocity, angular rate, acceleration, angular acceleration. column_age_s:

@@ -47,6 +47,7 @@ PYBIND11_MODULE(_tricoil, module) {
     add_solver(module);
 #ifdef TRICOIL_WITH_CALIBRATION
     add_bands(module);
+    add_evaluate(module);
     add_surroundings(module);
 #endif
     add_tracker(module);

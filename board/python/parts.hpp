@@ -17,6 +17,7 @@ inline std::optional<calibration::Calibration<double>> calibration_of(const std:
 
 void add_bands(pybind11::module_& module);  // in builds with calibration
 void add_command(pybind11::module_& module);
+void add_evaluate(pybind11::module_& module);  // in builds with calibration
 void add_figures(pybind11::module_& module);
 void add_generator(pybind11::module_& module);
 void add_run(pybind11::module_& module);

@@ -30,10 +30,4 @@ BoardTiming<Scalar> tdm_timing(Scalar slot_s, Scalar window_s, LastState last = 
     return timing;
 }
 
-/// Remark 4: processing time and multiplexing gaps are added to the update time; the paper's formulas then apply.
-template <typename Scalar>
-Scalar effective_update_time(Scalar update_s, Scalar processing_s, Scalar multiplexing_gap_s) {
-    return update_s + processing_s + multiplexing_gap_s;
-}
-
 }  // namespace tricoil::error_model

@@ -243,10 +243,16 @@ protected:
         return test::tricoil("calibrate stage --model concentric --json --out " + kCoils + " --blob " + kBlob + " " + kRests +
                              more);
     }
-    static double error_m(const std::string& calibration) {
-        return test::tricoil("evaluate --solver direct --json --calibration " + calibration + " --out " +
-                             test::path_in_temp("errors") + " " + kRests)
-            .json()["position_rms_m"];
+    /// 3D RMS error of the positions with the coils of a file.
+    static double error_m(const std::string& path) {
+        const CalibrationFile calibration = read_calibration(path);
+        std::vector<PoseFile> files = read_pose_files({kRests});
+        (void)correct_board(files, calibration.calibration);
+        double squares = 0;
+        for (const EvaluatedPose& pose : evaluate(calibration, files, EvaluationSolver::direct)) {
+            squares += pose.error_m.squaredNorm();
+        }
+        return std::sqrt(squares / static_cast<double>(files[0].poses.size()));
     }
     static void refused(const test::CliResult& ran, const std::string& reason) {
         EXPECT_EQ(ran.exit_code, 2);
@@ -444,11 +450,11 @@ TEST_F(Command, RefusesDamagedErrorsInTheCalibration) {
     std::string text = test::read_file(kToml);
     text.replace(text.find("code_jumps_2 = ["), 16, "code_jumps_2 = [1, ");
     std::ofstream(kToml) << text;
-    const std::string evaluate = "evaluate --calibration " + kToml + " --out " + test::path_in_temp("errors") + " " + kRests;
-    refused(test::tricoil(evaluate), "'converters.code_jumps_2' must be 14 whole numbers from -127 to 127");
+    const std::string run = "run --calibration " + kToml;
+    refused(test::tricoil(run), "'converters.code_jumps_2' must be 14 whole numbers from -127 to 127");
     text.replace(text.find("code_jumps_2 = ["), 12, "code_jumpz_2");
     std::ofstream(kToml) << text;
-    refused(test::tricoil(evaluate), "'converters.code_jumps_2' is missing; 'converters.code_jumpz_2' is not a known key");
+    refused(test::tricoil(run), "'converters.code_jumps_2' is missing; 'converters.code_jumpz_2' is not a known key");
 }
 
 TEST(ConverterFit, RefusesUnknownLevelsAndFewPoses) {

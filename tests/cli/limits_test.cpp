@@ -35,11 +35,10 @@ std::string calibration_with(const std::string& translation) {
 
 TEST(Limits, PlacesBeyondAKilometre) {
     const std::string couplings = ",1,0,0,0,2e-3,0,0,0,-1e-3,0,0,0,-1e-3\n";
-    const std::string near = write_file("soOx_seEx_near.csv", kPoseHeader + "0.5,0,0" + couplings);
     const std::string far = write_file("soOx_seEx_far.csv", kPoseHeader + "0.5,0,0" + couplings + "4294967296,0,0" + couplings);
-    const std::string calibration = write_file("cal.toml", calibration_with("[0,0,0]"));
-    expect_refused("evaluate --calibration " + calibration + " " + far, "far.csv:3: the position lies more than 1 km away");
-    expect_refused("evaluate --calibration " + write_file("far.toml", calibration_with("[1e15,0,0]")) + " " + near,
+    expect_refused("calibrate stage --out " + path_in_temp("cal.toml") + " " + far,
+                   "far.csv:3: the position lies more than 1 km away");
+    expect_refused("run --calibration " + write_file("far.toml", calibration_with("[1e15,0,0]")),
                    "translation_m' is longer than 1 km");
     expect_refused("run --scenario " + write_file("far_circle.toml", "[motion]\nkind = \"circle\"\ncentre_m = [1e308, 0, 0]\n"),
                    "'motion.centre_m' must lie within 1000 m");
@@ -56,16 +55,14 @@ TEST(Limits, KeysOfManyParts) {
         expect_refused("run --scenario " + path, "deep.toml:3: a key of more than 16 parts");
         expect_refused("run --config " + path, "deep.toml:3: a key of more than 16 parts");
         expect_refused("run --device can:can0 --config " + path, "a key of more than 16 parts");
-        const std::string poses =
-            write_file("soOx_seEx_near.csv", kPoseHeader + "0.5,0,0,1,0,0,0,2e-3,0,0,0,-1e-3,0,0,0,-1e-3\n");
-        expect_refused("evaluate --calibration " + path + " " + poses, "a key of more than 16 parts");
+        expect_refused("run --calibration " + path, "a key of more than 16 parts");
     }
     const std::string numbers = "x = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]\n";
     expect_refused("run --scenario " + write_file("numbers.toml", numbers), "'motion.kind' is missing");
 }
 
 TEST(Limits, InputWithoutAnEnd) {
-    for (const char* command : {"run --trajectory /dev/zero", "evaluate --calibration /dev/zero x.csv",
+    for (const char* command : {"run --trajectory /dev/zero", "run --calibration /dev/zero",
                                 "calibrate stage --model concentric --out x.toml /dev/zero", "run --config /dev/zero"}) {
         expect_refused(command, "/dev/zero");
     }
@@ -77,7 +74,7 @@ TEST(Limits, TextOfManyShortLines) {
         text += "# comment\n";
     }
     const std::string path = write_file("comments.toml", text);
-    for (const char* option : {"run --scenario ", "run --config ", "evaluate x.csv --calibration "}) {
+    for (const char* option : {"run --scenario ", "run --config ", "run --calibration "}) {
         expect_refused(option + path, "comments.toml: is longer than");
     }
 }

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "board/support/errors.hpp"
-#include "core/error_model/whole_turns.hpp"
 #include "sim/paper/singularities.hpp"
 
 namespace tricoil::paper {

@@ -76,9 +76,9 @@ TEST_F(Allocations, AtTheStart) { expect_survives("--version", 1); }
 
 TEST_F(Allocations, OfEachCommand) {
     const std::string to = " --out " + out_;
-    for (const std::string& command : {"replay " + recording_ + to, "replay --json " + recording_, "convert " + recording_ + to,
-                                       "convert --to openigtlink " + recording_ + to, std::string("run --list"),
-                                       std::string("device list"), std::string("motion --example I --json")}) {
+    for (const std::string& command :
+         {"replay " + recording_ + to, "replay --json " + recording_, "convert " + recording_ + to,
+          "convert --to openigtlink " + recording_ + to, std::string("run --list"), std::string("device list")}) {
         expect_survives(command, start_);
     }
     expect_survives("run --scenario still --duration 0.05 --json" + to, start_, true);

@@ -134,13 +134,14 @@ protected:
 TEST_F(Faults, AFailedReadIsNotTheEndOfAFile) {
     const std::vector<std::pair<std::string, std::string>> commands{
         {"calibrate stage --model concentric --out " + out_ + " " + poses_, poses_},
-        {"evaluate --calibration " + calibration_ + " " + poses_, poses_},
-        {"evaluate --calibration " + calibration_ + " " + poses_, calibration_},
+        {"run --duration 0.1 --calibration " + calibration_ + " --out " + out_, calibration_},
         {"convert " + recording_ + " --out " + out_, recording_ + "/poses.csv"},
         {"convert " + recording_ + " --out " + out_, recording_ + "/recording.json"},
         {"replay " + recording_ + " --out " + out_, recording_ + "/inputs.csv"},
         {"replay " + recording_ + " --out " + out_, recording_ + "/poses.csv"},
 #ifdef TRICOIL_WITH_PYTHON
+        {"evaluate --calibration " + calibration_ + " " + poses_, poses_},
+        {"evaluate --calibration " + calibration_ + " " + poses_, calibration_},
         {"demodulate " + capture_ + " --carrier-hz 10000 --rate-hz 200000", capture_},
 #endif
     };

@@ -25,7 +25,7 @@ DESIGN = "--turns 40 --radius 0.03 --current 1 --noise 3e-9"
 # Options with a name of a file or folder that is read.
 INPUTS = {"--board", "--calibration", "--chain", "--config", "--converters-from", "--dynamic", "--generator", "--hand-motion", "--high", "--imu", "--joints", "--low", "--path", "--poses", "--reference", "--stage-from", "--tip", "--trajectory", "--wiring"}
 STDOUT = "standard output"
-PYTHON = {"bench", "calibrate low-band", "calibrate pick-up", "calibrate pivot", "calibrate surroundings", "calibrate wiring", "couplings", "demodulate", "design", "figures", "generator calibrate", "generator simulate", "generator solve", "generator track", "plot", "protocol", "truth"}  # commands that need the Python package
+PYTHON = {"bench", "calibrate low-band", "calibrate pick-up", "calibrate pivot", "calibrate surroundings", "calibrate wiring", "couplings", "demodulate", "design", "evaluate", "figures", "generator calibrate", "generator simulate", "generator solve", "generator track", "motion", "plot", "protocol", "truth"}  # commands that need the Python package
 
 
 class Elsewhere(str):

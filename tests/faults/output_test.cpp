@@ -29,8 +29,8 @@ TEST(Output, LostOutputIsReported) {
     for (const std::string& command :
          {std::string("run --scenario still --duration 1"), std::string("run --scenario still --duration 1 --json"),
           std::string("run --list"), "replay " + recording, "replay --json " + recording, "convert " + recording,
-          std::string("motion --example I"), std::string("device list"), std::string("selfcheck"),
-          std::string("run --scenario still --duration 1 --out /dev/full"), std::string("--help"), std::string("run --help")}) {
+          std::string("device list"), std::string("selfcheck"), std::string("run --scenario still --duration 1 --out /dev/full"),
+          std::string("--help"), std::string("run --help")}) {
         const auto result = tricoil_into(">/dev/full", command);
         EXPECT_EQ(result.exit_code, 3) << command;
         EXPECT_THAT(result.err, HasSubstr("could not be written completely")) << command;

@@ -1,14 +1,18 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 
 #include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
-#include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/calibrations.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/progress.hpp"
+#include "board/support/statistics.hpp"
+#include "core/base/angle_units.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -83,6 +87,33 @@ calibration::PickUp<double> measured_pick_up(const CalibrationFit& fit, const Ma
     return {along(std::cos), along(std::sin), fit.pick_up_sigma};
 }
 
+/// Errors of the poses that converged, and a warning with the places of the others.
+void report_errors(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files, CalibrationReport& report) {
+    constexpr std::size_t kNamed = 5;
+    std::vector<double> position_m;
+    std::vector<double> orientation_deg;
+    std::vector<std::string> places;
+    for (const EvaluatedPose& e : errors) {
+        if (e.converged) {
+            position_m.push_back(e.error_m.norm());
+            orientation_deg.push_back(kDegrees * e.rotation_error_rad.norm());
+        } else {
+            places.push_back(fmt::format("{}:{}", files[e.file].path, e.line));
+        }
+    }
+    if (!places.empty()) {
+        const std::string more = places.size() > kNamed ? fmt::format(" and {} more", places.size() - kNamed) : "";
+        places.resize(std::min(places.size(), kNamed));
+        report.warnings.push_back(fmt::format("{}{}: did not converge, not in the RMS", fmt::join(places, ", "), more));
+    }
+    const ErrorSummary position = summarise(position_m);
+    const ErrorSummary orientation = summarise(orientation_deg);
+    report.json["position_rms_m"] = position.rms;
+    report.json["position_p95_m"] = position.p95;
+    report.json["orientation_rms_deg"] = orientation.rms;
+    report.json["orientation_p95_deg"] = orientation.p95;
+}
+
 CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationReport& report) {
     Json& result = report.json;
     const calibration::Calibration<double> stored = stored_board(command.files);
@@ -139,18 +170,11 @@ CalibrationFile calibrate_on_stage(const StageCommand& command, CalibrationRepor
     file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, files));
     const auto solver = options.model == FitModel::concentric ? EvaluationSolver::direct : EvaluationSolver::refined;
     auto errors = evaluate(file, files, solver);
-    const ErrorBand all = error_band(errors);
     file.calibration.misfit_floor = misfit_floor_of(errors, fit.outliers.size());
     state_deviations(file.calibration, errors);
     file.calibration.errors.floor_share = floor_share_of(errors, fit.outliers.size());
     result["misfit_floor"] = file.calibration.misfit_floor;
-    if (const std::string places = places_not_converged(errors, files); !places.empty()) {
-        report.warnings.push_back(places + ": did not converge, not in the RMS");
-    }
-    result["position_rms_m"] = all.position_m.rms;
-    result["position_p95_m"] = all.position_m.p95;
-    result["orientation_rms_deg"] = all.orientation_deg.rms;
-    result["orientation_p95_deg"] = all.orientation_deg.p95;
+    report_errors(errors, files, report);
     return file;
 }
 

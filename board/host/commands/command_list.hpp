@@ -10,10 +10,8 @@ namespace tricoil::host {
 
 // Each function adds the options of a command to `sub`. If the user selects it, `action` is set.
 void add_run_command(CLI::App* sub, Action& action);
-void add_motion_command(CLI::App* sub, Action& action);
 void add_selfcheck_command(CLI::App* sub, Action& action);
 void add_calibrate_command(CLI::App* sub, Action& action);
-void add_evaluate_command(CLI::App* sub, Action& action);
 void add_device_command(CLI::App* sub, Action& action);
 void add_doctor_command(CLI::App* sub, Action& action);
 void add_replay_command(CLI::App* sub, Action& action);

@@ -135,16 +135,21 @@ int continue_as(const std::filesystem::path& path, const std::string& typed_name
 }  // namespace
 
 int continue_in_python(const CLI::App& command) {
-    std::vector<std::string> words;
+    const std::string& name = command.get_name();
+    const auto script = program_part("_program.py", name);
+    if (!std::filesystem::exists(script)) {
+        throw DeviceError(fmt::format("{}: {} is not installed; install the package tricoil again", name, script.string()));
+    }
+    std::vector<std::string> words{"-I", script, name};
     for (const CLI::Option* const option : options_of(command)) {
-        const std::string name = "--" + option->get_lnames().front();
+        const std::string word = "--" + option->get_lnames().front();
         if (is_flag(*option) && option->count() > 0) {
-            words.push_back(name);
+            words.push_back(word);
         } else if (option->get_delimiter() != '\0' && option->count() > 0) {
-            words.push_back(fmt::format("{}={}", name, fmt::join(option->results(), ",")));
+            words.push_back(fmt::format("{}={}", word, fmt::join(option->results(), ",")));
         } else if (option->count() > 0) {
             for (const std::string& value : option->results()) {
-                words.push_back(fmt::format("{}={}", name, value));
+                words.push_back(fmt::format("{}={}", word, value));
             }
         }
     }
@@ -152,16 +157,7 @@ int continue_in_python(const CLI::App& command) {
     for (const CLI::Option* const argument : arguments_of(command)) {
         words.insert(words.end(), argument->results().begin(), argument->results().end());
     }
-    return continue_in_python(command.get_name(), std::move(words));
-}
-
-int continue_in_python(const std::string& command, std::vector<std::string> words) {
-    const auto script = program_part("_program.py", command);
-    if (!std::filesystem::exists(script)) {
-        throw DeviceError(fmt::format("{}: {} is not installed; install the package tricoil again", command, script.string()));
-    }
-    words.insert(words.begin(), {"-I", script, command});
-    return continue_as(kPython, kPython, words, command + ": needs Python: install the package python3-tricoil");
+    return continue_as(kPython, kPython, words, name + ": needs Python: install the package python3-tricoil");
 }
 
 int run_program(const std::vector<std::string>& arguments, std::span<const OwnCommand> own, const ProgramIdentity& identity) {

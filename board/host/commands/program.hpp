@@ -39,7 +39,5 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
 
 /// Continues as _program.py beside this executable, with the options of `command` that were given. Python is that of the system.
 int continue_in_python(const CLI::App& command);
-/// The same with these words.
-int continue_in_python(const std::string& command, std::vector<std::string> words);
 
 }  // namespace tricoil::host

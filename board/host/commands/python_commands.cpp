@@ -36,6 +36,7 @@ CLI::Option* add_option(CLI::App* sub, const std::string& name, const std::strin
         {"numbers", list<double>},
         {"texts", list<std::string>},
         {"xyz", [](auto* to, auto& n, auto& h) { return vector_xyz(list<double>(to, n, h)); }},
+        {"pair", [](auto* to, auto& n, auto& h) { return numbers(list<double>(to, n, h), "A,B", 2); }},
         {"files", [](auto* to, auto& n, auto& h) { return option<std::vector<std::string>>(to, n, h)->type_name(kFileType); }},
         {"wiring", [](auto* to, auto& n, auto&) { return file_name(option<std::string>(to, n, kWiringHelp)); }},
         {kFileType, [](auto* to, auto& n, auto& h) { return file_name(option<std::string>(to, n, h)); }},
@@ -49,27 +50,46 @@ CLI::Option* add_option(CLI::App* sub, const std::string& name, const std::strin
     return sub->add_option(name)->description(help)->type_name(kind == "FILE?" ? kFileType : kind);
 }
 
-void add_listed(CLI::App* sub, const Json& listed, OutputOptions& stages) {
+/// Adds the option, or the options of a group, and returns their names.
+std::vector<std::string> add_entry(CLI::App* sub, const Json& listed, const std::string& kind, OutputOptions& stages) {
     const std::string name = listed[0];
-    std::vector<std::string> words = listed.size() > 2 ? CLI::detail::split(listed[2], ' ') : std::vector<std::string>{};
-    if (words.empty()) {
-        sub->add_flag(name)->description(listed[1]);
-    } else if (words[0] == "reader") {
-        add_reader_options(sub);
-    } else if (words[0] == "stages") {
+    if (kind == "reader") {
+        return add_reader_options(sub, listed[1]);
+    }
+    if (kind == "group") {
+        return add_python_options(sub, name);
+    }
+    if (kind == "stages") {
         add_stage_options(sub, stages);
+        return {};
+    }
+    if (kind == "flag") {
+        sub->add_flag(name)->description(listed[1]);
     } else {
-        CLI::Option* const added = add_option(sub, name, listed[1], words[0]);
+        add_option(sub, name, listed[1], kind);
+    }
+    return {name.substr(0, name.find(','))};
+}
+
+void add_listed(CLI::App* sub, const Json& listed, OutputOptions& stages) {
+    const std::string kind = listed.size() > 2 ? listed[2].get<std::string>() : "flag";
+    const std::vector<std::string> words = CLI::detail::split(kind, ' ');
+    for (const std::string& name : add_entry(sub, listed, words[0], stages)) {
+        CLI::Option* const added = sub->get_option(name);
         for (const std::string& word : words) {
             const std::string value = word.substr(word.find('=') + 1);
             if (word == "required") {
                 added->required();
+            } else if (word == "many") {
+                added->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
             } else if (word.starts_with("default=")) {
                 added->default_str(value);
             } else if (word.starts_with("type=")) {
                 added->type_name(value);
             } else if (word.starts_with("most=")) {
                 added->expected(1, std::stoi(value));
+            } else if (word.starts_with("needs=")) {
+                added->needs(sub->get_option(value));
             }
         }
     }

@@ -6,7 +6,7 @@ namespace tricoil::host {
 std::span<const OwnCommand> own_commands() {
     static constexpr OwnCommand kOwn[] = {
         {"calibrate", add_calibrate_command, renew_calibrate},
-        {"evaluate", add_evaluate_command},
+        {"evaluate", add_python_command},
         {"help", add_help_command},
     };
     return kOwn;

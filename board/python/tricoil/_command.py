@@ -36,18 +36,16 @@ def _words(options: dict[str, Any]) -> list[str]:
 # Commands in this package: the module whose run() gives the result, or a tuple of it and more, and the files that it takes.
 MODULES = {"bench": ("_bench", "one"), "calibrate wiring": ("_wiring_command", "all"), "convert": ("_convert", "one"),
            "couplings": ("_couplings_command", "none"), "demodulate": ("_demodulate", "one"),
-           "design": ("_design", "none"), "figures": ("_figures", "none"), "motion": ("_motion_command", "none"), "truth": ("_truth_command", "all"),
+           "design": ("_design", "none"), "evaluate": ("_evaluate", "all"), "figures": ("_figures", "none"), "motion": ("_motion_example", "none"), "truth": ("_truth_command", "all"),
            "generator simulate": ("_generator_simulate", "none"), "generator solve": ("_generator_solve", "all"),
            "generator track": ("_generator_track", "all"), "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "calibrate surroundings": ("_surroundings", "all"), "calibrate low-band": ("_low_band", "all"),
            "calibrate pick-up": ("_pick_up", "all"), "plot": ("_plot_command", "one"), "protocol": ("_protocol", "none")}
-WITH_CALIBRATION = ("calibrate low-band", "calibrate pick-up", "calibrate surroundings")  # a wheel's extension module is built without it
+WITH_CALIBRATION = ("evaluate", "calibrate low-band", "calibrate pick-up", "calibrate surroundings")  # a wheel's extension module is built without it
 NEEDED = {"demodulate": "carrier_hz", "figures": "out"}
 
 
 def in_python(name, arguments, options) -> bool:
     """True for a command, or a kind of it, that the program hands over to this package."""
-    if name == "motion":
-        return bool({"poses", "trajectory", "plan"} & options.keys())
     if name == "convert":
         return len(arguments) == 1 and (os.path.isfile(arguments[0]) or options.get("to") in ("mat", "mcap", "rests"))
     return name in MODULES and (name not in WITH_CALIBRATION or hasattr(_tricoil, "Bands"))  # without it the program says so
@@ -66,6 +64,10 @@ def of_python(name, arguments, options) -> Any:
         out = options.pop("out", None)
         stages = {key: value for key, value in options.items() if value is not False}
         return module.run(os.fspath(arguments[0]), _words(stages), None if out is None else os.fspath(out), stages)
+    if name == "evaluate":
+        result = module.run(arguments, **options)[0]
+        module.draw(**options)
+        return result
     result = module.run(*((arguments,) if files == "all" else map(os.fspath, arguments)), **options)
     return result[0] if isinstance(result, tuple) else result
 
@@ -100,18 +102,11 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
             if not is_numerical(error):
                 raise
             raise ValueError(NUMERICAL.format(error)) from None
-    draws = name == "evaluate" and options.get("out") and not options.get("csv_only")
-    if draws:
-        options["csv_only"] = True
     words = [*name.split(), *_words(options), "--json", "--", *map(os.fspath, arguments)]
     try:
         _, text = _tricoil.command(words if arguments else words[:-1])
     except ValueError as error:
         raise ValueError(own_names(str(error))) from None
-    if draws:
-        from ._drawing import draw_beside
-
-        draw_beside(os.fspath(options["out"]), "pose_errors.csv", "error_vectors.svg")
     return json.loads(text)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from ._byte_stream import ByteStream
 from ._capture import ArrayCapture, codes_of, open_capture
 from ._capture_analysis import Analyser
+from ._number_text import number_text
 from ._output_file import OutputFile, refuse_input_as_output
 from ._poses import refuse_others
 from ._wiring import OF_COILS_COMMENT, Wiring, wiring_of
@@ -107,9 +108,7 @@ def demodulate(capture, carrier_hz, *, rate_hz: float | None = None, bits: int =
 
 
 def _number(value: float, form: str) -> str:
-    """A number that would be shown as zero has two digits instead."""
-    text = format(value, form)
-    return text if value == 0 or any(c in "123456789" for c in text.partition("e")[0]) else f"{value:.2g}"
+    return number_text(value, form).strip()
 
 
 def _percent(misfit_share):

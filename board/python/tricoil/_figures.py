@@ -7,6 +7,8 @@ import numpy as np
 
 from . import _tricoil
 from ._drawing import draw_and_publish
+from ._motion import simulated
+from ._motion_example import error_csv
 from ._output_file import OutputFile
 from ._progress import bar
 from ._staged_folder import StagedFolder
@@ -19,7 +21,7 @@ SIMULATIONS = {
     "fig2_kappa_2": ("II", {"kappa": "two"}),
     **{f"loop_{example}_{loop}": (example, {"loop": loop}) for example in ("I", "II", "III") for loop in ("open", "closed")},
     "loop_III_closed_vectors_1": ("III", VECTORS),
-    "loop_III_closed_vectors_2": ("III", {**VECTORS, "passes": "2"}),
+    "loop_III_closed_vectors_2": ("III", {**VECTORS, "passes": 2}),
 }
 PICTURES = [f"{name}.svg" for name in ("budget", *(f"fig{number}" for number in range(1, 7)), "loops", "metal")]
 RADIUS_M = 0.02  # of the sphere beside the coils
@@ -44,13 +46,17 @@ def write(folder, name, text):
 # The paper
 
 
+def write_updates(folder, name, example, **options):
+    write(folder, f"{name}.csv", error_csv(simulated(example, **options)[0]))
+
+
 def write_paper(folder):
+    """Figures with the equations of the paper: range (37) and elevation (28) with kappa of (29), azimuth (35) with kappa = 2."""
     for name, example in PLOTTED.items():
-        _tricoil.write_plotted(os.path.join(folder, f"{name}.csv"), example, 1)
-    _tricoil.write_plotted(os.path.join(folder, "fig5_changed.csv"), PLOTTED["fig5"], CHANGED)
+        write_updates(folder, name, example, kappa="paper", azimuth_kappa="two")
+    write_updates(folder, "fig5_changed", PLOTTED["fig5"], kappa="paper", azimuth_kappa="two", attitude_factor=CHANGED)
     for name, (example, options) in SIMULATIONS.items():
-        words = [word for option, value in options.items() for word in (f"--{option}", value)]
-        _tricoil.command(["motion", "--example", example, *words, "--out", os.path.join(folder, f"{name}.csv"), "--json"])
+        write_updates(folder, name, example, **options)
 
 
 # The error budget

@@ -8,10 +8,28 @@ from ._model import COUPLING_CONSTANT, _finite, _three, couplings, solve
 from ._progress import bar
 
 
+PARTS = ("e_rho_m", "e_alpha_rad", "e_beta_rad")
+SIMULATED = np.dtype([(name, float) for name in ("time_s", "stamp_us", "range_m", "azimuth_rad", "elevation_rad")] +
+                     [(name, float, 3) for name in PARTS] +  # measured, predicted, by exact steps
+                     [("e_alpha_rate_rad_s", float, 2)] +  # measured, predicted
+                     [(name, float) for name in ("e_psi_rad", "e_theta_rad", "e_phi_rad", "position_error_m", "predicted_position_error_m", "rotation_error_rad")])
 UPDATE = np.dtype([(name, float) for name in ("time_s", "range_m", "azimuth_rad", "elevation_rad")] +
-                  [(name, float, 2) for name in ("e_rho_m", "e_alpha_rad", "e_beta_rad")] +  # measured, predicted
+                  [(name, float, 2) for name in PARTS] +  # measured, predicted
                   [(name, float) for name in ("e_psi_rad", "e_theta_rad", "e_phi_rad", "position_error_m")])
 LARGEST = 1e9  # of the numbers of error_budget()
+
+
+def has_prediction(form: str, passes: int) -> bool:
+    """The angle form's prediction, (19)-(37), holds for one pass; the pole-free form's holds for any number of passes."""
+    return form == "vectors" or passes == 1
+
+
+def simulated(example="", rates=None, start_range_m=0.5, loop="open", form="angles", kappa="exact", azimuth_kappa="", passes=1, update_s=1 / 240,
+              duration_s=10.0, start_s=0.0, attitude_factor=1.0, progress=None):
+    """Updates of a motion (SIMULATED), and its singular instants as a dictionary, or None; the arguments are those of bind_motion.cpp."""
+    rows, singularities = _tricoil.motion(example, rates or {}, start_range_m, loop, form, kappa, azimuth_kappa, passes, update_s, duration_s,
+                                          start_s, attitude_factor, progress)
+    return rows.view(SIMULATED)[:, 0], singularities
 
 
 def motion(
@@ -36,9 +54,16 @@ def motion(
     (true minus measured; column 0 measured, column 1 predicted), e_psi_rad, e_theta_rad and e_phi_rad (of azimuth, elevation and roll
     of the attitude, measured) and position_error_m (3D). Angle errors keep whole turns. Ctrl-C raises KeyboardInterrupt.
     """
+    if not 1 <= rate_hz <= 1e5:
+        raise ValueError("rate_hz must be 1 to 1e5")
     with bar("motion", progress) as show:
-        rows = _tricoil.motion(example, loop, form, kappa, passes, float(rate_hz), float(duration_s), show)
-    return rows.view(UPDATE)[:, 0]
+        found, _ = simulated(example, loop=loop, form=form, kappa=kappa, passes=passes, update_s=1 / rate_hz, duration_s=float(duration_s), progress=show)
+    rows = np.empty(len(found), UPDATE)
+    for name in UPDATE.names:
+        rows[name] = found[name][:, :2] if name in PARTS else found[name]
+        if name in PARTS and not has_prediction(form, passes):
+            rows[name][:, 1] = np.nan
+    return rows
 
 
 def _vector(name, value):

@@ -7,6 +7,7 @@ from ._fitted_timing import rms_by_reference
 from ._motion_along import along
 from ._motion_analysis import CAUSES
 from ._motion_error import MotionError, chosen_timing, motion_error
+from ._motion_example import PLAN_OPTIONS
 from ._output_file import refuse_input_as_output, write_all, write_whole
 from ._picture import check_picture, picture
 from ._poses import READER_OPTIONS, PoseError, read, refuse_others
@@ -15,7 +16,6 @@ from ._verify import RANGE_EDGES, RATE_EDGES, SPEED_EDGES, rms
 
 EDGES = {"speed_m_s": SPEED_EDGES, "angular_rate_rad_s": RATE_EDGES, "range_m": RANGE_EDGES}
 TITLES = {"speed_m_s": "speed, m/s", "angular_rate_rad_s": "angular rate, rad/s", "range_m": "range, m"}
-PLAN_OPTIONS = ("center", "size", "grid", "limits", "turn_limits", "turn", "rate_hz", "chain", "link", "start_joints")
 UPDATES_HZ = 240.0
 CARRIER_HZ, LIGHT_M_S = 14_000.0, 299_792_458.0  # FASTRAK and LIBERTY use 8 to 14 kHz
 UNCHECKED = "an assumption: without a reference it cannot be checked"
@@ -240,9 +240,6 @@ def run(poses=None, trajectory=None, plan=None, **options) -> tuple[dict, str]:
             raise PoseError("--plan: not with --poses or --trajectory")
         refuse_others(options, PLAN_OPTIONS, "not with --plan")
         return _plan.run(plan, **options)
-    refuse_plan = set(options) & (set(PLAN_OPTIONS) - {"rate_hz"})
-    if refuse_plan:
-        raise PoseError(f"--{min(refuse_plan).replace('_', '-')}: requires --plan")
     if poses is not None and trajectory is not None:
         raise PoseError("give --poses or --trajectory, not both")
     if poses is not None:

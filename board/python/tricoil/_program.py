@@ -80,10 +80,25 @@ def put_written(as_json, *outputs):
 
 
 def evaluate(options, files):
+    as_json = options.pop("json", False)
+    if options.pop("dynamic", False):
+        evaluate_dynamic(options, files, as_json)
+        return
+    from tricoil import _evaluate
+
+    result, text, places = _evaluate.run(files, **options)
+    put_result(result, as_json, text)
+    if places:
+        put(f"tricoil: {result['poses_not_converged']} poses did not converge and are not in the table: {places}\n", sys.stderr)
+    _evaluate.draw(**options)
+    sys.exit(1 if places else 0)
+
+
+def evaluate_dynamic(options, files, as_json):
     from tricoil import _dynamic
 
-    as_json = options.pop("json", False)
-    options.pop("dynamic", None)
+    if len(files) != 2 or {"calibration", "refit_fixtures", "stage_from", "fixture", "wiring"} & options.keys():
+        raise ValueError("--dynamic takes two files, TRUTH and POSES, no calibration and no wiring")
     options.pop("solver", None)
     result = _dynamic.evaluate(files, **options)
     put_result(result, as_json, _dynamic.text(result))
@@ -91,11 +106,13 @@ def evaluate(options, files):
 
 
 def motion(options, files):
-    from tricoil import _motion_command
+    from tricoil import _motion_example
 
     as_json = options.pop("json", False)
-    result, text = _motion_command.run(**options)
-    if "-" not in (options.get("out"), options.get("plan")):
+    result, text = _motion_example.run(**options)
+    if not _motion_example.FILES & options.keys():
+        put_result(result, as_json, text, options.get("out"))
+    elif "-" not in (options.get("out"), options.get("plan")):
         put_result(result, as_json, text)
         put_written(as_json, options.get("out"), options.get("plot"), options.get("plan"))
 
@@ -227,14 +244,6 @@ def protocol(options, _):
     put_result(result, as_json, text, "-" if "-" in options.values() else None)
 
 
-def evaluate_picture(options, files):
-    """The picture of evaluate --out, which has printed its result."""
-    from tricoil import _drawing
-
-    _drawing.draw_beside(options["out"], "pose_errors.csv", "error_vectors.svg")
-    sys.exit(int(options["code"]))
-
-
 def table(_, files):
     """The text of a file of arrays, which the program reads as a table."""
     from tricoil._array_file import table_of
@@ -245,10 +254,10 @@ def table(_, files):
 
 
 COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodulate": demodulate, "design": design, "evaluate": evaluate,
-            "evaluate-picture": evaluate_picture, "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "protocol": protocol, "table": table, "truth": truth,
+            "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "protocol": protocol, "table": table, "truth": truth,
             "wiring": wiring, **{name.replace("_", "-"): of_calibrate(f"_{name}") for name in ("low_band", "pick_up", "surroundings")},
             **{name: of_generator(name) for name in ("simulate", "solve", "track", "calibrate")}}
-WITHOUT_SCIPY = ("evaluate-picture", "figures", "low-band", "pick-up", "plot", "protocol", "table")
+WITHOUT_SCIPY = ("evaluate", "figures", "low-band", "motion", "pick-up", "plot", "protocol", "table")
 
 
 class Interrupted(KeyboardInterrupt):
@@ -270,7 +279,9 @@ def is_numerical(error):
 def start(name, words):
     # Of matplotlib: its list of fonts is kept where it is for every program; no folder of settings is read or made.
     os.environ["MPLCONFIGDIR"] = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "matplotlib")
-    for module in ("numpy",) if name in WITHOUT_SCIPY else ("numpy", "scipy"):
+    options, files = words_of(words)
+    is_light = name in WITHOUT_SCIPY and not {"dynamic", "poses", "trajectory", "plan"} & options.keys()
+    for module in ("numpy",) if is_light else ("numpy", "scipy"):
         if importlib.util.find_spec(module) is None:
             refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy", 3)
     find_package()
@@ -278,7 +289,7 @@ def start(name, words):
         importlib.import_module("tricoil")
     except ImportError as error:
         refuse(f"{name}: needs the Python package of tricoil ({error}): install the package python3-tricoil", 3)
-    COMMANDS[name](*words_of(words))
+    COMMANDS[name](options, files)
 
 
 def main():

@@ -1,0 +1,7 @@
+"""Numbers in texts for people."""
+
+
+def number_text(value: float, form: str) -> str:
+    """A number that would be shown as zero has two digits instead, in the same width."""
+    text = format(value, form)
+    return text if value == 0 or any(c in "123456789" for c in text.partition("e")[0]) else f"{value:>{len(text)}.2g}"
