@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import tricoil
-from tricoil import _generator_simulate, _generator_track
+from tricoil import _generator, _generator_simulate, _generator_track, _rotation
 
 FRAME_S, SLOT_S, SIDE = 0.025, 0.003, (0, 0, 1)
 COIL = {1: tricoil.SensorCoil(1.0, np.zeros(3), np.array([1.0, 0, 0]))}
@@ -57,7 +57,7 @@ class World:
         good = poses["valid"]
         error = (poses["position_m"] - self.position_m[rows])[good]
         covariance = poses["covariance"][good]
-        turn = (tricoil._rotation.rotations(poses["quaternion_wxyz"]) * self.turn[rows].inv()).as_rotvec()[good]
+        turn = (_rotation.rotations(poses["quaternion_wxyz"]) * self.turn[rows].inv()).as_rotvec()[good]
         if len(self.mounts) == 1:
             axis = self.turn[rows].apply([1.0, 0, 0])[good]
             turn = np.cross(axis, poses["axis"][good])
@@ -164,7 +164,7 @@ class Command(unittest.TestCase):
         position, turn = moved(times, 1)
         with open(self.path("path.csv"), "w") as file:
             file.write("time_s,x_m,y_m,z_m,qw,qx,qy,qz\n")
-            for t, p, q in zip(times, position, tricoil._rotation.wxyz(turn)):
+            for t, p, q in zip(times, position, _rotation.wxyz(turn)):
                 file.write(",".join(f"{v:.9g}" for v in (t, *p, *q)) + "\n")
         _generator_simulate.run(out=self.path("c.csv"), save=self.path("g.toml"), path=self.path("path.csv"), slot_s=SLOT_S, place="0,0,0.24")
 
@@ -236,7 +236,7 @@ class Command(unittest.TestCase):
         self.assertTrue(result["valid"] < 0.1 * result["poses"] and "in the same order" in result["notes"][0], result)
         flat = tricoil.Generator(tuple(f"c{n + 1}" for n in range(8)), tricoil.planar_generator().position_m, np.tile([0, 0, 5e-3], (8, 1)))
         with open(self.path("g.toml"), "w") as file:
-            file.write(tricoil._generator.to_toml(flat))
+            file.write(_generator.to_toml(flat))
         _generator_simulate.run(out=self.path("c.csv"), generator=self.path("g.toml"), path=self.path("path.csv"), slot_s=SLOT_S, place="0,0,0.24")
         result, _ = self.track(gain=1, side=None)
         self.assertTrue(result["valid"] == 0 and "--side" in result["notes"][0], result)

@@ -15,31 +15,64 @@ from . import _interpreter
 
 _interpreter.check()
 
-from ._bench import bench  # noqa: E402
-from ._body import solve_6dof
-from ._coil_filter import CoilFilter
-from ._command import calibrate, command, evaluate
-from ._demodulate import demodulate
-from ._dynamic import verify
-from ._flags import Flag
-from ._generator import Generator, SensorCoil, planar_generator, read_generator
-from ._generator_motion import generator_motion_error
-from ._ground_truth import Truth, truth
-from ._hand_poses import hand_poses
-from ._model import COUPLING_CONSTANT, couplings, solve
-from ._motion import error_budget, motion
-from ._motion_along import motion_along
-from ._motion_error import CorrectedPoses, MotionError, motion_error
-from ._pivot import pivot
-from ._poses import Poses, read_poses
-from ._run import Run, load, run
-from ._single_coil import ENDS as ENDS_5DOF, solve_5dof
-from ._source import Pose, Source, open  # noqa: A004: named like its use, tricoil.open()
-from ._sweep import sweep
-from ._timing import TIMINGS, Timing
-from ._tracker import Filter
-from ._tricoil import __version__
-from ._wiring import Wiring, read_wiring
+import importlib  # noqa: E402
+from typing import TYPE_CHECKING  # noqa: E402
+
+from ._tricoil import __version__  # noqa: E402
+
+if TYPE_CHECKING:
+    from ._bench import bench
+    from ._body import solve_6dof
+    from ._coil_filter import CoilFilter
+    from ._command import calibrate, command, evaluate
+    from ._demodulate import demodulate
+    from ._dynamic import verify
+    from ._flags import Flag
+    from ._generator import Generator, SensorCoil, planar_generator, read_generator
+    from ._generator_motion import generator_motion_error
+    from ._ground_truth import Truth, truth
+    from ._hand_poses import hand_poses
+    from ._model import COUPLING_CONSTANT, couplings, solve
+    from ._motion import error_budget, motion
+    from ._motion_along import motion_along
+    from ._motion_error import CorrectedPoses, MotionError, motion_error
+    from ._pivot import pivot
+    from ._poses import Poses, read_poses
+    from ._run import Run, load, run
+    from ._single_coil import ENDS as ENDS_5DOF, solve_5dof
+    from ._source import Pose, Source, open  # noqa: A004: named like its use, tricoil.open()
+    from ._sweep import sweep
+    from ._timing import TIMINGS, Timing
+    from ._tracker import Filter
+    from ._wiring import Wiring, read_wiring
+
+# A module is imported with the first use of a name: a command of the program needs few of them.
+_NAMES = {
+    "_bench": "bench",
+    "_body": "solve_6dof",
+    "_coil_filter": "CoilFilter",
+    "_command": "calibrate command evaluate",
+    "_demodulate": "demodulate",
+    "_dynamic": "verify",
+    "_flags": "Flag",
+    "_generator": "Generator SensorCoil planar_generator read_generator",
+    "_generator_motion": "generator_motion_error",
+    "_ground_truth": "Truth truth",
+    "_hand_poses": "hand_poses",
+    "_model": "COUPLING_CONSTANT couplings solve",
+    "_motion": "error_budget motion",
+    "_motion_along": "motion_along",
+    "_motion_error": "CorrectedPoses MotionError motion_error",
+    "_pivot": "pivot",
+    "_poses": "Poses read_poses",
+    "_run": "Run load run",
+    "_single_coil": "ENDS_5DOF solve_5dof",
+    "_source": "Pose Source open",
+    "_sweep": "sweep",
+    "_timing": "TIMINGS Timing",
+    "_tracker": "Filter",
+    "_wiring": "Wiring read_wiring",
+}
 
 __all__ = [
     "COUPLING_CONSTANT",
@@ -87,3 +120,17 @@ __all__ = [
     "truth",
     "verify",
 ]
+
+
+def __getattr__(name: str):
+    for module, names in _NAMES.items():
+        if name in names.split():
+            source = importlib.import_module(f"{__name__}.{module}")
+            value = source.ENDS if name == "ENDS_5DOF" else getattr(source, name)
+            globals()[name] = value
+            return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

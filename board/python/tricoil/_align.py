@@ -6,10 +6,8 @@ tracker pose(t) = world * reference pose(t + offset + rate (t - middle)) * mount
 import dataclasses
 
 import numpy as np
-from scipy.signal import fftconvolve
 from scipy.spatial.transform import Rotation
 
-from ._path import Path
 from ._poses import PoseError
 from ._rotation import crosses, rotations
 
@@ -43,7 +41,7 @@ class Alignment:
 class Pair:
     """The two recordings, and the pose that the alignment expects of the sensor at a time of the tracker's clock."""
 
-    def __init__(self, tracker_poses, tracker: Path, reference: Path):
+    def __init__(self, tracker_poses, tracker, reference):
         self.poses, self.tracker, self.reference = tracker_poses, tracker, reference
         self.compares_attitude = tracker.has_attitude and reference.has_attitude
         self.has_attitude = tracker.has_attitude or reference.has_attitude
@@ -83,11 +81,17 @@ def correlation(a, a_known, b, b_known):
     a, b = np.where(a_known, a - a[a_known].mean(), 0), np.where(b_known, b - b[b_known].mean(), 0)
     ka, kb = a_known.astype(float)[::-1], b_known.astype(float)
     ra = a[::-1]
-    n = np.rint(fftconvolve(kb, ka))
+    size = 1 << (len(a) + len(b) - 2).bit_length()
+    of_a, of_b = ([np.fft.rfft(one, size) for one in of] for of in ((ka, ra, ra * ra), (kb, b, b * b)))
+
+    def convolved(m, k):
+        return np.fft.irfft(of_a[m] * of_b[k], size)[: len(a) + len(b) - 1]
+
+    n = np.rint(convolved(0, 0))
     some = np.maximum(n, 1)
-    sa, sb = fftconvolve(kb, ra) / some, fftconvolve(b, ka) / some
-    va, vb = fftconvolve(kb, ra * ra) / some - sa**2, fftconvolve(b * b, ka) / some - sb**2
-    cover = fftconvolve(b, ra) / some - sa * sb
+    sa, sb = convolved(1, 0) / some, convolved(0, 1) / some
+    va, vb = convolved(2, 0) / some - sa**2, convolved(0, 2) / some - sb**2
+    cover = convolved(1, 1) / some - sa * sb
     tiny = 1e-6 * max(np.var(a), 1e-30) * max(np.var(b), 1e-30)
     return np.where(va * vb > tiny, cover / np.sqrt(np.maximum(va * vb, tiny)), 0), n
 
@@ -227,10 +231,10 @@ def turn_of(pair, a, t, tau):
     return pair.tracker.turn(t).as_matrix() if pair.tracker.has_attitude else None
 
 
-def residuals(pair, a, rows, error_m, error_turn):
-    """Measured minus expected: positions (N, 3) and rotation vectors (N, 3) or None. error_m, error_turn: predicted motion error."""
-    t = pair.poses.time_s[rows]
-    p, turn = pair.expected(a, t)
+def residuals(pair, a, rows, error_m, error_turn, pose=None):
+    """Measured minus expected: positions (N, 3) and rotation vectors (N, 3) or None. error_m, error_turn: predicted motion error. pose: that is
+    expected, if it is known already."""
+    p, turn = pose or pair.expected(a, pair.poses.time_s[rows])
     r = pair.poses.position_m[rows] - a.scale * p - error_m
     if not pair.compares_attitude:
         return r, None
@@ -243,11 +247,11 @@ OFFSET, RATE, WORLD, WORLD_M, MOUNT_M, SCALE, MOUNT = 0, 1, slice(2, 5), slice(5
 UNKNOWNS = 15
 
 
-def jacobian(pair, a, rows):
-    """Derivatives of the expected position and attitude, (N, 3, 15) and (N, 3, 15) or None."""
+def jacobian(pair, a, rows, pose=None):
+    """Derivatives of the expected position and attitude, (N, 3, 15) and (N, 3, 15) or None. pose: as in residuals()."""
     t = pair.poses.time_s[rows]
     tau = a.reference_time(t)
-    p, turn = pair.expected(a, t)
+    p, _ = pose or pair.expected(a, t)
     v, rate = pair.motion(a, t)
     if not pair.reference.has_attitude:
         v = a.world.apply(pair.reference.p(tau, 1))
@@ -269,7 +273,7 @@ def jacobian(pair, a, rows):
     of_turn = np.zeros_like(of_p)
     of_turn[:, :, OFFSET], of_turn[:, :, RATE] = rate, rate * late[:, None]
     of_turn[:, :, WORLD] = np.eye(3)
-    of_turn[:, :, MOUNT] = (turn * a.mount.inv()).as_matrix()
+    of_turn[:, :, MOUNT] = body
     return of_p, of_turn
 
 

@@ -50,15 +50,17 @@ def refine(pair, a, rows, pattern=None, extra=None, steps=10):
     for _ in range(steps):
         more = slot + max(0.02 * slot, 2e-5)
         error, turn = error_2, turn_2 = _naive.no_error(len(t))
+        pose = pair.expected(a, t)
         if pattern:
-            error, turn = _naive.AgedCouplings(pair, a, t, slot).error(pattern)
-            error_2, turn_2 = _naive.AgedCouplings(pair, a, t, more).error(pattern)
+            error, turn = _naive.AgedCouplings(pair, a, t, slot, pose).error(pattern)
+            error_2, turn_2 = _naive.AgedCouplings(pair, a, t, more, pose).error(pattern)
         known = _naive.is_known(error) & _naive.is_known(error_2)
         if not known.all():
             rows, t, error, turn, error_2, turn_2 = (one[known] for one in (rows, t, error, turn, error_2, turn_2))
             extra = None if extra is None else extra[known]
-        r, r_turn = _align.residuals(pair, a, rows, error if extra is None else error + extra, turn)
-        of_p, of_turn = _align.jacobian(pair, a, rows)
+            pose = tuple(one[known] for one in pose)
+        r, r_turn = _align.residuals(pair, a, rows, error if extra is None else error + extra, turn, pose)
+        of_p, of_turn = _align.jacobian(pair, a, rows, pose)
         if pattern:
             of_p = np.concatenate((of_p, ((error_2 - error) / (more - slot))[:, :, None]), axis=2)
             if of_turn is not None:
@@ -74,18 +76,23 @@ def refine(pair, a, rows, pattern=None, extra=None, steps=10):
     return Fit(a, pattern, square, r, deviations, sigma)
 
 
+def normal_equations(weight, of, r):
+    """Matrix and right side of least squares. weight: (N,). of: derivatives, (N, 3, K). r: (N, 3)."""
+    flat, weighted = of.reshape(-1, of.shape[2]), (weight[:, None, None] * of).reshape(-1, of.shape[2])
+    return weighted.T @ flat, weighted.T @ r.ravel()
+
+
 def step(a, r, r_turn, of_p, of_turn):
     """One step of the unknowns, their deviations, limited squares of the positions, and the deviation of one axis."""
     count = of_p.shape[2]
     sigma = deviation(r)
     weight, square = huber(np.linalg.norm(r, axis=1) / sigma)
-    normal = np.einsum("n,nij,nik->jk", weight, of_p, of_p, optimize=True) / sigma**2
-    right = np.einsum("n,nij,ni->j", weight, of_p, r, optimize=True) / sigma**2
+    normal, right = normal_equations(weight / sigma**2, of_p, r)
     if r_turn is not None:
         sigma_turn = deviation(r_turn)
         w = huber(np.linalg.norm(r_turn, axis=1) / sigma_turn)[0]
-        normal += np.einsum("n,nij,nik->jk", w, of_turn, of_turn, optimize=True) / sigma_turn**2
-        right += np.einsum("n,nij,ni->j", w, of_turn, r_turn, optimize=True) / sigma_turn**2
+        both = normal_equations(w / sigma_turn**2, of_turn, r_turn)
+        normal, right = normal + both[0], right + both[1]
     for unknown, (prior, value) in {_align.RATE: (PRIORS[_align.RATE], a.rate), _align.SCALE: (PRIORS[_align.SCALE], a.scale - 1)}.items():
         normal[unknown, unknown] += 1 / prior**2
         right[unknown] -= value / prior**2
@@ -98,9 +105,10 @@ def step(a, r, r_turn, of_p, of_turn):
 def screened(pair, fit, rows, all_patterns):
     """Patterns, best first, by one linear step from the fit without skew."""
     t, a = pair.poses.time_s[rows], fit.alignment
-    r, r_turn = _align.residuals(pair, a, rows, *_naive.no_error(len(t)))
-    of_p, of_turn = _align.jacobian(pair, a, rows)
-    aged = _naive.AgedCouplings(pair, a, t, FIRST_SLOT_S)
+    pose = pair.expected(a, t)
+    r, r_turn = _align.residuals(pair, a, rows, *_naive.no_error(len(t)), pose)
+    of_p, of_turn = _align.jacobian(pair, a, rows, pose)
+    aged = _naive.AgedCouplings(pair, a, t, FIRST_SLOT_S, pose)
     found = []
     for number, pattern in enumerate(all_patterns):
         error, turn = aged.error(pattern)

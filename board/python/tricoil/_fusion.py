@@ -8,7 +8,8 @@ Optimization 4(3)); it also estimates constants: gravity, mounting and clock off
 import dataclasses
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
+from numpy.linalg import LinAlgError
+from scipy.linalg.lapack import dtrtri
 from scipy.spatial.transform import Rotation
 
 from ._rotation import crosses
@@ -260,9 +261,10 @@ class Fusion:
         for m in self.measurements:
             e, by_state, by_constant, deviation = self.residual(s, m)
             e, by_state, by_constant = e / deviation, by_state / deviation[:, :, None], by_constant / deviation[:, :, None]
-            np.add.at(diagonal, m.node, transposed(by_state) @ by_state)
-            np.add.at(right, m.node, np.einsum("nji,nj->ni", by_state, e))
-            np.add.at(border, m.node, transposed(by_state) @ by_constant)
+            first_of_node = np.flatnonzero(np.diff(m.node, prepend=-1))
+            for total, terms in ((diagonal, by_state), (right, e[:, :, None]), (border, by_constant)):
+                values = transposed(by_state) @ terms
+                total[m.node[first_of_node]] += np.add.reduceat(values.reshape(len(values), *total.shape[1:]), first_of_node)
             flat = by_constant.reshape(-1, CONSTANTS)
             corner, of_constant = corner + flat.T @ flat, of_constant + flat.T @ e.ravel()
         inverse = 1 / self.start**2
@@ -281,20 +283,26 @@ class Fusion:
         return s.moved(x, c), float(np.abs(x[:, POSITION]).max()), float(np.abs(x[:, TURN]).max())
 
     def solved(self, right, border, corner, of_constant):
-        n = len(right)
-        bands = np.zeros((2 * STATES, n * STATES))
-        by_state = bands.reshape(2 * STATES, n, STATES)
-        i, j = np.tril_indices(STATES)
-        by_state[i - j, :, j] = self.diagonal[:, i, j].T
-        i, j = (one.ravel() for one in np.indices((STATES, STATES)))
-        by_state[STATES + i - j, :-1, j] = self.below[:, i, j].T
-        factor = cholesky_banded(bands, overwrite_ab=True, lower=True, check_finite=False)
-        both = cho_solve_banded((factor, True), np.column_stack((right.ravel(), border.reshape(-1, CONSTANTS))), overwrite_b=True, check_finite=False)
-        flat = border.reshape(-1, CONSTANTS)
-        self.constant_covariance = np.linalg.inv(corner - flat.T @ both[:, 1:])
-        c = -self.constant_covariance @ (of_constant - flat.T @ both[:, 0])
-        self.by_constant = both[:, 1:].reshape(n, STATES, CONSTANTS)  # minus the derivative of the states
-        return (-both[:, 0] - both[:, 1:] @ c).reshape(n, STATES), c
+        """Cholesky factors by blocks, node after node; then all right sides at once."""
+        diagonal, below, both = self.diagonal, self.below, np.concatenate((right[:, :, None], border), axis=2)
+        inverse, gain = np.empty_like(diagonal), np.empty_like(below)  # of the factors; of a node by the one before it
+        for k, block in enumerate(diagonal):
+            if k > 0:
+                gain[k - 1] = below[k - 1] @ inverse[k - 1].T
+                block = block - gain[k - 1] @ gain[k - 1].T
+                both[k] -= gain[k - 1] @ both[k - 1]
+            inverse[k] = dtrtri(np.linalg.cholesky(block), lower=True)[0]
+            both[k] = inverse[k] @ both[k]
+        self.gain = transposed(inverse[:-1]) @ transposed(gain)
+        both = transposed(inverse) @ both
+        for k in range(len(both) - 2, -1, -1):
+            both[k] -= self.gain[k] @ both[k + 1]
+        self.inverse = inverse
+        flat, solution = border.reshape(-1, CONSTANTS), both.reshape(-1, 1 + CONSTANTS)
+        self.constant_covariance = np.linalg.inv(corner - flat.T @ solution[:, 1:])
+        c = -self.constant_covariance @ (of_constant - flat.T @ solution[:, 0])
+        self.by_constant = both[:, :, 1:]  # minus the derivative of the states
+        return -both[:, :, 0] - self.by_constant @ c, c
 
     def fit(self, s, steps=8, position_m=1e-5, turn_rad=1e-5):
         """The most probable state. Raises LinAlgError if there is none."""
@@ -310,15 +318,10 @@ class Fusion:
     def state_covariance(self):
         """Diagonal blocks of the inverse of the normal matrix, without the constants' share."""
         if self.blocks is None:
-            diagonal, below = self.diagonal, self.below
-            forward, gain = np.empty_like(diagonal), np.empty_like(below)
-            forward[0] = np.linalg.inv(diagonal[0])
-            for k in range(1, len(diagonal)):
-                gain[k - 1] = below[k - 1] @ forward[k - 1]
-                forward[k] = np.linalg.inv(diagonal[k] - gain[k - 1] @ below[k - 1].T)
-            for k in range(len(diagonal) - 2, -1, -1):
-                forward[k] += gain[k].T @ forward[k + 1] @ gain[k]
-            self.blocks = forward
+            blocks = transposed(self.inverse) @ self.inverse
+            for k in range(len(blocks) - 2, -1, -1):
+                blocks[k] += self.gain[k] @ blocks[k + 1] @ self.gain[k].T
+            self.blocks = blocks
         return self.blocks
 
     def covariance(self, node, by_state, by_constant):

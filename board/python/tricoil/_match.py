@@ -14,6 +14,7 @@ from ._rotation import rotations
 
 FEWEST = 20
 MOST_FITTED = 4000  # poses that the fit uses
+MOST_COMPARED = 1000  # of them, those that choose between clock offsets
 SKEW_S = 6e-3  # between the first and the last column of a slow tracker
 SLOWEST_M = 3e-4  # error between samples that a reference may have
 SAME = 0.85  # correlation of the speeds of one motion, in frames that do not fit
@@ -39,19 +40,23 @@ def aligned(pair, start_s, range_s, rows):
     if pair.tracker.has_attitude and not pair.reference.has_attitude and (not found or found[0][0] < SAME):
         found = sorted(found + _align.lever_candidates(pair, start_s, range_s), reverse=True)
     fits = []
+    stride = max(1, len(rows) // MOST_COMPARED)
+    some = rows[:: stride + (stride % 3 == 0)]
     for r, offset in found:
         if r < _align.LOWEST_CORRELATION:
             continue
-        a = _align.first_frames(pair, offset, rows[:: max(1, len(rows) // 1000)])
+        a = _align.first_frames(pair, offset, some)
         if a is None:
             continue
-        usable = rows[pair.covered(a, pair.poses.time_s[rows], 0.05)]
+        usable = some[pair.covered(a, pair.poses.time_s[some], 0.05)]
         if len(usable) < FEWEST:
             continue
         fits.append(refine(pair, a, usable, steps=6))
     lowest = min((fit.sigma_m for fit in fits), default=None)
     # A periodic motion fits at several offsets: the one with the longest overlap is used.
     best = max((fit for fit in fits if fit.sigma_m < 1.1 * lowest), key=lambda fit: len(fit.square), default=None)
+    if best is not None and len(some) < len(rows):
+        best = refine(pair, best.alignment, rows[pair.covered(best.alignment, pair.poses.time_s[rows], 0.05)], steps=6)
     return best, (found[0] if found else (0.0, 0.0))
 
 

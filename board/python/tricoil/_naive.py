@@ -61,10 +61,12 @@ def couplings_of(pair, a, time_s):
 class AgedCouplings:
     """Couplings at the ages 0, slot and 2 slot; the poses of every pattern follow from them."""
 
-    def __init__(self, pair, a, time_s, slot_s):
+    def __init__(self, pair, a, time_s, slot_s, pose=None):
+        """pose: that the alignment expects at these times, if it is known already."""
         self.time_s, self.scale = time_s, a.scale
-        self.position, self.turn = pair.expected(a, time_s)
-        self.ages = [couplings_of(pair, a, time_s - age * slot_s) for age in range(3)]
+        self.position, self.turn = pose or pair.expected(a, time_s)
+        now = matrices((self.position, wxyz(self.turn)))
+        self.ages = [now, *(couplings_of(pair, a, time_s - age * slot_s) for age in (1, 2))]
 
     def error(self, pattern):
         """Motion error of each pose, measured minus true: position (N, 3), and the turn from the true attitude to the measured one.
