@@ -18,6 +18,8 @@ from ._rotation import crosses
 POSITION, VELOCITY, TURN, ACC_BIAS, GYRO_BIAS = (slice(n, n + 3) for n in range(0, 15, 3))
 SMOOTH, SMOOTH_RATE = slice(15, 21), slice(21, 27)
 STATES = 27
+MOTION, ERROR = slice(0, 15), slice(15, STATES)  # no equation of motion has states of both
+BY_CONSTANTS = slice(0, 9)  # states whose equations of motion have constants
 PARTNER = np.concatenate([np.arange(3, 6), np.arange(3), np.arange(6, 15), np.arange(21, 27), np.arange(15, 21)])  # derivative or integral
 # Constants: gravity (optical frame), origin of the body in the sensor's frame, small rotation of the body in it, clock offset, and scales and angles
 # between the axes of accelerometer and gyroscope: rows of the matrices that correct their values, less 1.
@@ -243,21 +245,25 @@ class Fusion:
         r, first, constant = self.motion(s)
         own, with_partner = self.information(s.offset_s)
 
-        def weighted(values):
-            return own[:, :, None] * values + with_partner[:, :, None] * values[:, PARTNER]
+        def weighted(values, part):
+            return own[:, part, None] * values + with_partner[:, part, None] * values[:, PARTNER[part] - part.start]
 
-        diagonal, right, border = np.zeros((n, STATES, STATES)), np.zeros((n, STATES)), np.zeros((n, STATES, CONSTANTS))
-        below, w_r, w_constant = weighted(first), weighted(r[:, :, None]), weighted(constant)
-        diagonal[:-1] += transposed(first) @ below
+        diagonal, right, border, below = np.zeros((n, STATES, STATES)), np.zeros((n, STATES)), np.zeros((n, STATES, CONSTANTS)), np.zeros_like(first)
+        for part in (MOTION, ERROR):
+            own_first = first[:, part, part]
+            below[:, part, part] = weighted(own_first, part)
+            diagonal[:-1, part, part] += transposed(own_first) @ below[:, part, part]
+        w_r, constant = weighted(r[:, :, None], slice(0, STATES)), constant[:, BY_CONSTANTS]
+        w_constant = weighted(constant, BY_CONSTANTS)
         states = np.arange(STATES)
         diagonal[1:, states, states] += own
         diagonal[1:, states, PARTNER] += with_partner
         right[:-1] += (transposed(first) @ w_r)[:, :, 0]
         right[1:] += w_r[:, :, 0]
-        border[:-1] += transposed(first) @ w_constant
-        border[1:] += w_constant
+        border[:-1, MOTION] += transposed(first[:, BY_CONSTANTS, MOTION]) @ w_constant
+        border[1:, BY_CONSTANTS] += w_constant
         flat = constant.reshape(-1, CONSTANTS)
-        corner, of_constant = flat.T @ w_constant.reshape(-1, CONSTANTS), flat.T @ w_r.ravel()
+        corner, of_constant = flat.T @ w_constant.reshape(-1, CONSTANTS), flat.T @ w_r[:, BY_CONSTANTS].ravel()
         for m in self.measurements:
             e, by_state, by_constant, deviation = self.residual(s, m)
             e, by_state, by_constant = e / deviation, by_state / deviation[:, :, None], by_constant / deviation[:, :, None]

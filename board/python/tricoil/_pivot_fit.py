@@ -105,8 +105,9 @@ def robust_start(poses):
     sides = -poses.position_m[trials].reshape(TRIALS, -1)
     solutions = applied(np.linalg.pinv(rows, rcond=1e-8), sides)
     scored = poses[:: -(-count // SCORED_POSES)]
-    residuals = scored.position_m[:, None] + np.einsum("nij,tj->nti", scored.rotation, solutions[:, :3]) - solutions[:, 3:]
-    return solutions[int(np.argmin(np.median(np.sum(residuals**2, axis=2), axis=0)))]
+    arms_m = (scored.rotation.reshape(-1, 3) @ solutions[:, :3].T).reshape(-1, 3, TRIALS)
+    residuals = scored.position_m[:, :, None] + arms_m - solutions[:, 3:].T
+    return solutions[int(np.argmin(np.median(np.sum(residuals**2, axis=1), axis=0)))]
 
 
 def fit_tip(poses):
