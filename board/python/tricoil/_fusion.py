@@ -9,7 +9,7 @@ import dataclasses
 
 import numpy as np
 from numpy.linalg import LinAlgError
-from scipy.linalg.lapack import dtrtri
+from scipy.linalg.lapack import dpotrf, dtrtri
 from scipy.spatial.transform import Rotation
 
 from ._rotation import crosses
@@ -289,18 +289,22 @@ class Fusion:
         return s.moved(x, c), float(np.abs(x[:, POSITION]).max()), float(np.abs(x[:, TURN]).max())
 
     def solved(self, right, border, corner, of_constant):
-        """Cholesky factors by blocks, node after node; then all right sides at once."""
-        diagonal, below, both = self.diagonal, self.below, np.concatenate((right[:, :, None], border), axis=2)
-        inverse, gain = np.empty_like(diagonal), np.empty_like(below)  # of the factors; of a node by the one before it
-        for k, block in enumerate(diagonal):
+        """Cholesky factors by blocks, node after node; all right sides at once."""
+        inverse = np.empty_like(self.diagonal)  # of the factors
+        forward = np.concatenate((right[:, :, None], border, np.pad(transposed(self.below), ((0, 1), (0, 0), (0, 0)))), axis=2)
+        sides, block = slice(0, 1 + CONSTANTS), self.diagonal[0]
+        for k in range(len(forward)):
             if k > 0:
-                gain[k - 1] = below[k - 1] @ inverse[k - 1].T
-                block = block - gain[k - 1] @ gain[k - 1].T
-                both[k] -= gain[k - 1] @ both[k - 1]
-            inverse[k] = dtrtri(np.linalg.cholesky(block), lower=True)[0]
-            both[k] = inverse[k] @ both[k]
-        self.gain = transposed(inverse[:-1]) @ transposed(gain)
-        both = transposed(inverse) @ both
+                known = forward[k - 1, :, sides.stop:].T @ forward[k - 1]
+                forward[k, :, sides] -= known[:, sides]
+                block = self.diagonal[k] - known[:, sides.stop:]
+            factor, fault = dpotrf(block, lower=True)
+            if fault:
+                raise LinAlgError("the equations do not determine the path")
+            inverse[k] = dtrtri(factor, lower=True)[0]
+            forward[k] = inverse[k] @ forward[k]
+        self.gain = transposed(inverse[:-1]) @ forward[:-1, :, sides.stop:]
+        both = transposed(inverse) @ forward[:, :, sides]
         for k in range(len(both) - 2, -1, -1):
             both[k] -= self.gain[k] @ both[k + 1]
         self.inverse = inverse
