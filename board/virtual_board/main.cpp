@@ -315,7 +315,7 @@ int main_program(int argc, char** argv) {
     program.add_option("--flash", o.flash, "Flash bank 2: read at the start if the file exists, written at the end");
     program.add_flag("--as-chip", o.as_chip,
                      "Go on, with a warning, as the chip does: access to a peripheral without a clock, core clock above the "
-                     "limit of the core voltage");
+                     "limit of the core voltage, clock off in sleep mode, MPU region that is not checked");
     program.add_flag("--registers", o.list_registers, "Print every modelled register with its modelled bits, and exit");
     program.add_option("--report", o.report, "Write the final report to this file");
     std::string faults = "Fault of the simulated world (as in tricoil run --fault) or of the board, NAME[:NUMBER][@BEGIN[-END]]:";

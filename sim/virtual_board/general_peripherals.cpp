@@ -39,6 +39,10 @@ constexpr std::array<TimerFacts, 12> kTimers{{
     {20, 0x40015000, Apb::two, 20, 16, 4, true, 78, 0, 80, 90, 86},
 }};
 
+/// Number in SMCR.TS, and the timer whose TRGO it is.
+constexpr std::array<std::pair<unsigned, unsigned>, 8> kInternalTriggers{
+    {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {8, 5}, {9, 8}, {10, 15}, {13, 20}}};
+
 struct SerialFacts {
     unsigned number;  // 0: LPUART1
     const char* name;
@@ -61,6 +65,11 @@ constexpr std::array<SerialFacts, 6> kSerials{{
     {0, "LPUART1", 0x40008000, Apb::one, Rcc::kApb1More, 0, 91, 34, 10, {{{'A', 2, 12}, {'B', 11, 8}, {'C', 1, 8}, {'G', 7, 8}}}},
 }};
 
+template <typename Facts>
+std::size_t place_of(unsigned number, const Facts& all) {
+    return static_cast<std::size_t>(std::ranges::find(all, number, &Facts::value_type::number) - all.begin());
+}
+
 std::optional<unsigned> request(unsigned number) { return number == 0 ? std::nullopt : std::optional(number); }
 
 }  // namespace
@@ -72,15 +81,22 @@ GeneralPeripherals::GeneralPeripherals(Machine& machine, Dma& dma, Rcc& rcc,
                            t.channels,
                            t.advanced,
                            {t.line, t.source},
-                           {},
+                           t.compare_line == 0 ? std::nullopt : std::optional<InterruptLine>(t.compare_line),
                            request(t.update_request),
                            request(t.compare_request),
                            [&rcc, bus = t.bus] { return rcc.timer_ticks(bus); }};
-        if (t.compare_line != 0) {
-            params.compare = InterruptLine(t.compare_line);
+        if (t.number == 16 || t.number == 17) {
+            params.input = [&rcc](unsigned input) { return rcc.capture_ticks(input); };
         }
         timers_.push_back(std::make_unique<Timer>(machine, dma, std::move(params)));
         rcc.on_change.emplace_back([timer = timers_.back().get()] { timer->clock_changed(); });
+    }
+    for (const auto& [input, number] : kInternalTriggers) {
+        for (std::size_t n = 0; n < timers_.size(); ++n) {
+            if (kTimers[n].channels > 1 && kTimers[n].number != number) {
+                timers_[n]->connect(input, timer(number));
+            }
+        }
     }
     for (const SerialFacts& s : kSerials) {
         const auto check_pins = [&s, is_pin] {
@@ -107,16 +123,8 @@ void GeneralPeripherals::attach(const Attach& attach) {
     attach("CRC", 0x40023000, 0x400, crc_, Rcc::kAhb1, 12);
 }
 
-Timer& GeneralPeripherals::timer(unsigned number) {
-    const auto* const found =
-        std::find_if(kTimers.begin(), kTimers.end(), [number](const auto& t) { return t.number == number; });
-    return *timers_.at(static_cast<std::size_t>(found - kTimers.begin()));
-}
+Timer& GeneralPeripherals::timer(unsigned number) { return *timers_.at(place_of(number, kTimers)); }
 
-Usart& GeneralPeripherals::serial(unsigned number) {
-    const auto* const found =
-        std::find_if(kSerials.begin(), kSerials.end(), [number](const auto& s) { return s.number == number; });
-    return *serials_.at(static_cast<std::size_t>(found - kSerials.begin()));
-}
+Usart& GeneralPeripherals::serial(unsigned number) { return *serials_.at(place_of(number, kSerials)); }
 
 }  // namespace tricoil::virtual_board

@@ -113,6 +113,14 @@ TEST_F(Chip, FlashBankIsErasedAndProgrammedWithEndOfOperation) {
     EXPECT_THAT(run(ChipJob::flash_bank), ElementsAre(1, 0, 0, 0, 1, 0x89ABCDEF, 0xFFFFFFFF, 1));
 }
 
+/// The processor waits meanwhile; the word that comes after each double-word stays erased.
+TEST_F(Chip, TheBankThatRunsIsErasedAndProgrammed) {
+    std::fill_n(board.machine.memory.flash.begin() + 0x10000, 0x1000, 0x55);
+    const auto near = [](std::uint32_t cycles) { return AllOf(Ge(cycles), Le(cycles + 500)); };
+    EXPECT_THAT(run(ChipJob::flash_running),
+                ElementsAre(near(352'000), near(1'360), 0x11223344, 0x55667788, 0xFFFFFFFF, 0x55555555, 7, 5, 0x11223344));
+}
+
 TEST_F(Chip, OptionBytesHaveTheFactoryValues) {
     EXPECT_THAT(run(ChipJob::option_bytes), ElementsAre(0xFFEFF8AA, 0x7F, 0xFFEFF8AA));
 }

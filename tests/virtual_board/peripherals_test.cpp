@@ -1,6 +1,8 @@
 // Peripheral models behave as the chip: start-up delays, preloads, flags and interrupts. A wrong use ends the run.
 #include <gmock/gmock.h>
 
+#include <cstring>
+
 #include "sim/virtual_board/links/can_wire.hpp"
 #include "sim/virtual_board/peripherals/adc.hpp"
 #include "sim/virtual_board/peripherals/dac.hpp"
@@ -147,6 +149,186 @@ TEST_F(TimerTest, APeriodBelowTheCountIsRefused) {
     EXPECT_THROW(timer.write(0x2C, 100), RunFailure);
 }
 
+TEST_F(TimerTest, CentreAlignedCountingMatchesOnTheChosenWay) {
+    constexpr std::array<std::array<std::uint32_t, 2>, 3> kFlags{{{0, 1}, {1, 0}, {1, 1}}};  // CMS = 1 to 3; up, down
+    for (std::uint32_t mode = 1; mode <= 3; ++mode) {
+        timer.reset();
+        timer.write(0x28, 169);
+        timer.write(0x2C, 100);
+        timer.write(0x34, 30);
+        timer.write(0x48, 60);  // CCR5
+        timer.write(0x00, mode << 5U);
+        timer.write(0x14, 1);
+        timer.write(0x10, 0);
+        timer.write(0x00, 1U | mode << 5U);
+        pass(99e-6);
+        EXPECT_EQ(timer.read(0x24), 99U);
+        EXPECT_EQ(timer.read(0x10) & 0x10002U, kFlags[mode - 1][0] * 0x10002U) << "up, CMS " << mode;
+        pass(11e-6);
+        EXPECT_EQ(timer.read(0x24), 90U);
+        EXPECT_EQ(timer.read(0x00) & 0x10U, 0x10U) << "DIR";
+        EXPECT_EQ(timer.read(0x10) & 1U, 1U) << "overflow";
+        timer.write(0x10, 0);
+        pass(89e-6);
+        EXPECT_EQ(timer.read(0x24), 1U);
+        EXPECT_EQ(timer.read(0x10) & 0x10002U, kFlags[mode - 1][1] * 0x10002U) << "down, CMS " << mode;
+        pass(2e-6);
+        EXPECT_EQ(timer.read(0x24), 1U);
+        EXPECT_EQ(timer.read(0x10) & 1U, 1U) << "underflow";
+    }
+}
+
+/// RM0440: with 4 in the last bits, periods 1, 5, 9 and 13 of 16 are one count longer.
+TEST_F(TimerTest, DitheringMakesSomePeriodsLonger) {
+    timer.write(0x2C, 9);
+    timer.write(0x00, 1U << 12U);
+    EXPECT_EQ(timer.read(0x2C), 9U << 4U) << "the chip shifts the value";
+    timer.write(0x2C, 9U << 4U | 4U);
+    timer.write(0x14, 1);
+    timer.write(0x10, 0);
+    timer.write(0x00, 1U << 12U | 1U);
+    std::vector<unsigned> lengths(1, 0);
+    for (int n = 0; n < 164; ++n) {
+        pass(1e-6);
+        ++lengths.back();
+        if ((timer.read(0x10) & 1U) != 0) {
+            timer.write(0x10, 0);
+            lengths.push_back(0);
+        }
+    }
+    EXPECT_THAT(lengths, ::testing::ElementsAre(11, 10, 10, 10, 11, 10, 10, 10, 11, 10, 10, 10, 11, 10, 10, 10, 0));
+}
+
+struct SlaveTest : TimerTest {
+    SlaveTest() {
+        slave.connect(0, timer);
+        timer.write(0x2C, 9);
+        timer.write(0x04, 2U << 4U);  // TRGO at the update
+        slave.write(0x34, 3);
+    }
+    Timer slave{machine, dma, {32, 4, false, 29, {}, {}, {}, [] { return ticks_of_cycle(kHz); }}};
+};
+
+TEST_F(SlaveTest, CountsThePulsesOfAnotherTimer) {
+    for (const std::uint32_t mode : {5U, 7U}) {  // gate, external clock
+        slave.write(0x2C, 5);
+        slave.write(0x08, mode);
+        slave.write(0x00, 1);
+        timer.write(0x00, 1);
+        pass(20.5e-6);
+        EXPECT_EQ(slave.read(0x24), 2U);
+        EXPECT_EQ(slave.read(0x10) & 0x43U, 0x40U) << "TIF";
+        pass(10e-6);
+        EXPECT_EQ(slave.read(0x24), 3U);
+        EXPECT_EQ(slave.read(0x10) & 0x43U, 0x42U) << "CC1IF";
+        pass(30e-6);
+        EXPECT_EQ(slave.read(0x24), 0U);
+        EXPECT_EQ(slave.read(0x10) & 0x43U, 0x43U);
+        timer.reset();
+        slave.reset();
+        timer.write(0x28, 169);
+        timer.write(0x2C, 9);
+        timer.write(0x14, 1);
+        timer.write(0x04, 2U << 4U);
+        slave.write(0x34, 3);
+    }
+}
+
+TEST_F(SlaveTest, StartsOrRestartsAtAPulse) {
+    slave.write(0x28, 169);
+    slave.write(0x14, 1);
+    slave.write(0x08, 6);
+    timer.write(0x00, 1);
+    pass(9.5e-6);
+    EXPECT_EQ(slave.read(0x00), 0U);
+    pass(3e-6);
+    EXPECT_EQ(slave.read(0x00), 1U) << "started";
+    EXPECT_EQ(slave.read(0x24), 2U);
+    slave.write(0x08, 4);
+    pass(9e-6);
+    EXPECT_EQ(slave.read(0x24), 1U) << "from zero again";
+    slave.write(0x08, 5U << 4U | 4U);  // a pin, which does not move
+    pass(30e-6);
+    EXPECT_EQ(slave.read(0x24), 31U);
+    slave.write(0x08, 3);  // encoder
+    pass(30e-6);
+    EXPECT_EQ(slave.read(0x24), 31U);
+}
+
+TEST_F(TimerTest, CapturesBySoftwareAndKeepsTheRegisterReadOnly) {
+    timer.write(0x18, 1);  // channel 1: input
+    timer.write(0x34, 77);
+    timer.write(0x00, 1);
+    pass(40.5e-6);
+    EXPECT_EQ(timer.read(0x10) & 2U, 0U) << "no compare";
+    timer.write(0x14, 2);
+    pass(5e-6);
+    EXPECT_EQ(timer.read(0x10) & 2U, 2U);
+    EXPECT_EQ(timer.read(0x34), 40U);
+    EXPECT_EQ(timer.read(0x10) & 2U, 0U) << "reading takes the value";
+}
+
+TEST_F(TimerTest, CapturesEdgesOfAnInternalClock) {
+    Timer measuring{machine,
+                    dma,
+                    {16,
+                     1,
+                     true,
+                     25,
+                     {},
+                     {},
+                     {},
+                     [] { return ticks_of_cycle(kHz); },
+                     [](unsigned input) { return input == 6 ? ticks_of_cycle(32e3) : Ticks{-1}; }}};
+    measuring.write(0x2C, 0xFFFF);
+    measuring.write(0x5C, 6);              // LSI
+    measuring.write(0x18, 1U | 3U << 2U);  // every eighth edge
+    measuring.write(0x20, 1);
+    measuring.write(0x00, 1);
+    pass(251e-6);
+    EXPECT_EQ(measuring.read(0x10), 2U);
+    const std::uint32_t first = measuring.read(0x34);
+    pass(250e-6);
+    EXPECT_NEAR((measuring.read(0x34) - first) & 0xFFFFU, 250e-6 * kHz, 1);
+    pass(500e-6);
+    EXPECT_EQ(measuring.read(0x10) & 0x200U, 0x200U) << "CC1OF: the one before was not read";
+    EXPECT_THROW(measuring.write(0x5C, 2), RunFailure) << "MCO";
+}
+
+TEST_F(TimerTest, LockedSettingsStayUntilTheReset) {
+    timer.write(0x44, 1U << 8U | 100U);
+    timer.write(0x44, 3U << 8U | 1U << 15U | 50U);
+    EXPECT_EQ(timer.read(0x44), 1U << 15U | 1U << 8U | 100U) << "MOE is free, LOCK and DTG are not";
+    timer.write(0x04, 1U << 8U);
+    EXPECT_EQ(timer.read(0x04), 0U) << "OIS1";
+    timer.reset();
+    timer.write(0x44, 50);
+    EXPECT_EQ(timer.read(0x44), 50U);
+}
+
+/// As the vendor's HAL_TIM_DMABurst_WriteStart: ARR, RCR and CCR1 at one update.
+TEST_F(TimerTest, ABurstWritesOneRegisterAfterTheOther) {
+    machine.bus.attach({"TIM", 0x40012C00, 0x400, &timer, {}});
+    constexpr std::array<std::uint32_t, 3> kWords{99, 0, 42};
+    std::memcpy(machine.memory.at(0x20000000, sizeof kWords).data(), kWords.data(), sizeof kWords);
+    Peripheral& dma_1 = dma.controller(0);
+    dma_1.write(0x08, 0);
+    dma_1.write(0x0C, 3);
+    dma_1.write(0x10, 0x40012C00 + 0x3E0);
+    dma_1.write(0x14, 0x20000000);
+    dma_1.write(0x08, 1U | 1U << 4U | 1U << 7U | 2U << 8U | 2U << 10U);
+    timer.write(0x3DC, 11U | 2U << 8U | 1U << 16U);
+    timer.write(0x2C, 9);
+    timer.write(0x0C, 1U << 8U);
+    timer.write(0x00, 1);
+    pass(11e-6);
+    EXPECT_EQ(dma_left(), 0U);
+    EXPECT_EQ(timer.read(0x2C), 99U);
+    EXPECT_EQ(timer.read(0x34), 42U);
+    pass(50e-6);
+    EXPECT_EQ(timer.read(0x24), 51U);
+}
+
 struct AdcTest : PeripheralsTest {
     AdcTest() {
         adc.sample = [](Ticks) { return 0xABCU; };
@@ -219,6 +401,35 @@ TEST_F(PeripheralsTest, DacOutputsAtASoftwareTrigger) {
     EXPECT_EQ(dac.code(0), 0U);
     dac.write(0x04, 1);
     EXPECT_EQ(dac.code(0), 0x123U);
+}
+
+TEST_F(PeripheralsTest, DacSawtoothHasTriggersForResetAndStep) {
+    Dac dac(machine, dma, 54, {6, 7}, [] { return 16e6; });
+    dac.write(0x58, 0x28U << 16U | 1U << 12U | 0x100U);  // upwards by 2.5 from 256
+    dac.write(0x60, 4U | 7U << 8U);
+    dac.write(0x00, 3U | 3U << 6U);
+    dac.trigger(4);
+    EXPECT_EQ(dac.read(0x2C), 0x100U);
+    dac.trigger(7);
+    EXPECT_EQ(dac.read(0x2C), 0x102U);
+    dac.trigger(7);
+    EXPECT_EQ(dac.read(0x2C), 0x105U);
+    dac.write(0x60, 0);
+    dac.write(0x04, 1U << 16U);  // a step by software
+    EXPECT_EQ(dac.read(0x2C), 0x107U);
+    dac.write(0x04, 1);
+    EXPECT_EQ(dac.read(0x2C), 0x100U);
+}
+
+/// As in HAL_DACEx_SelfCalibrate: the flag tells whether the trimming is large enough.
+TEST_F(PeripheralsTest, DacCalibrationFindsTheTrimming) {
+    Dac dac(machine, dma, 54, {6, 7}, [] { return 16e6; });
+    dac.write(0x38, 31);
+    EXPECT_EQ(dac.read(0x34) >> 14U, 0U) << "without CEN1";
+    dac.write(0x00, 1U << 14U);
+    EXPECT_EQ(dac.read(0x34) >> 14U & 1U, 1U);
+    dac.write(0x38, 15);
+    EXPECT_EQ(dac.read(0x34) >> 14U & 1U, 0U);
 }
 
 struct UsartTest : PeripheralsTest {
@@ -340,6 +551,35 @@ TEST_F(CanTest, ABusAtAnotherRateIsRefused) {
     wire.set_rates({500e3, 500e3});
     put(0, 0x55U << 18U, 0);
     EXPECT_THROW(fdcan.write(0xCC, 1), RunFailure);
+}
+
+TEST_F(PeripheralsTest, FlashRowsAreProgrammedFast) {
+    Flash flash(machine);
+    flash.write(0x00, 0x00040200);  // data cache off
+    flash.write(0x08, 0x45670123);
+    flash.write(0x08, 0xCDEF89AB);
+    flash.write(0x14, 1U << 18U);
+    flash.other_bank().write(4, 0);
+    EXPECT_EQ(flash.read(0x10), 1U << 5U) << "PGAERR: not the begin of a row";
+    flash.write(0x10, 1U << 5U);
+    for (std::uint32_t at = 0; at < 256; at += 4) {
+        EXPECT_EQ(flash.read(0x10), 0U);
+        flash.other_bank().write(at, at);
+    }
+    EXPECT_EQ(flash.read(0x10), 1U << 16U) << "BSY";
+    pass(2e-3);
+    EXPECT_EQ(flash.read(0x10), 0U);
+    EXPECT_EQ(flash.other_bank().read(252), 252U);
+    EXPECT_EQ(flash.other_bank().read(256), 0xFFFFFFFFU);
+}
+
+TEST_F(PeripheralsTest, OptionBytesHaveTheirOwnKeys) {
+    Flash flash(machine);
+    flash.write(0x0C, 0x08192A3B);
+    flash.write(0x0C, 0x4C5D6E7F);
+    EXPECT_EQ(flash.read(0x14), 1U << 31U) << "only LOCK";
+    EXPECT_THROW(flash.write(0x0C, 0x08192A3B), RunFailure) << "not locked";
+    EXPECT_THROW(flash.write(0x2C, 0), RunFailure) << "changes of option bytes are not in this model";
 }
 
 TEST_F(PeripheralsTest, FlashEndOfOperationNeedsItsInterruptEnable) {

@@ -91,7 +91,7 @@ TEST(Program, ListsEveryRegister) {
     const test::CliResult list = test::tricoil("--registers");
     EXPECT_EQ(list.exit_code, 0) << list.err;
     EXPECT_GT(std::count(list.out.begin(), list.out.end(), '\n'), 800);
-    EXPECT_THAT(list.out, HasSubstr("| TIM6 | CR1 | 0x40001000 | 0x00000000 | 0x0000039f | CMS@5-6"));
+    EXPECT_THAT(list.out, HasSubstr("| TIM6 | CR1 | 0x40001000 | 0x00000000 | 0x0000139f | CMS@5-6"));
     EXPECT_THAT(list.out, HasSubstr("| SCB | CCR | 0xe000ed14 | 0x00000200 | 0x00000218 |"));
 }
 

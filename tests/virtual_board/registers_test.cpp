@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "sim/virtual_board/peripherals/adc.hpp"
+#include "sim/virtual_board/peripherals/dac.hpp"
 #include "sim/virtual_board/peripherals/fdcan.hpp"
 #include "sim/virtual_board/peripherals/gpio.hpp"
 #include "sim/virtual_board/peripherals/opamp.hpp"
@@ -12,6 +13,8 @@
 namespace tricoil::virtual_board {
 namespace {
 
+using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 struct RegistersTest : ::testing::Test {
@@ -52,13 +55,19 @@ TEST_F(RegistersTest, FieldsWithoutAModelAreNamed) {
 
 TEST_F(RegistersTest, SettingsWithAnEffectThatIsNotSimulatedAreRefused) {
     Timer timer(machine, dma, {16, 4, true, 28, {}, {}, {}, [] { return Ticks{1}; }});
-    EXPECT_THAT(failure_of_write(timer, 0x00, 1U << 5U), HasSubstr("(CMS)"));
-    EXPECT_THAT(failure_of_write(timer, 0x08, 7), HasSubstr("(SMS)"));
+    EXPECT_THAT(failure_of_write(timer, 0x00, 1U << 11U), HasSubstr("(UIFREMAP)"));
+    EXPECT_THAT(failure_of_write(timer, 0x00, 1U << 12U | 1U << 5U), HasSubstr("dithering of a centre-aligned timer"));
+    EXPECT_THAT(failure_of_write(timer, 0x08, 1U << 14U), HasSubstr("(ECE)"));
+    EXPECT_EQ(failure_of_write(timer, 0x08, 5U << 4U | 5U), "accepted");
+    EXPECT_THAT(failure_of_write(timer, 0x00, 1), HasSubstr("only the update of another timer can be the gate"));
 }
 
 TEST_F(RegistersTest, UsartModesAreRefused) {
     Usart usart(machine, dma, {38, 1, 2, false, [] { return Ticks{1}; }, {}});
     EXPECT_THAT(failure_of_write(usart, 0x08, 1U << 3U), HasSubstr("CR3: bit 3 (HDSEL)"));
+    EXPECT_THAT(failure_of_write(usart, 0x04, 1U << 8U | 1U << 11U), HasSubstr("(CLKEN)"));
+    EXPECT_EQ(failure_of_write(usart, 0x04, 7U << 8U), "accepted") << "LBCL, CPHA, CPOL without a clock";
+    EXPECT_EQ(failure_of_write(usart, 0x08, 3U << 8U), "accepted") << "RTSE, CTSE";
 }
 
 TEST_F(RegistersTest, OpampCalibrationIsRefused) {
@@ -71,9 +80,36 @@ TEST_F(RegistersTest, ProcessorSettings) {
     EXPECT_NO_THROW(machine.control.write(0x10, 2)) << "SLEEPONEXIT has a model";
 }
 
-TEST_F(RegistersTest, ClocksOffInSleepModeAreRefused) {
+TEST_F(RegistersTest, ClocksOffInSleepModeAreDoubtful) {
     Rcc rcc(machine);
-    EXPECT_THAT(failure_of_write(rcc, 0x68, 0), HasSubstr("AHB1SMENR: bit 0 (clock_off_in_sleep_mode)"));
+    EXPECT_THAT(failure_of_write(rcc, 0x68, 0), HasSubstr("a clock is switched off in sleep mode (SMENR)"));
+    std::vector<std::string> doubts;
+    machine.bus.on_doubt = [&](const std::string& text) { doubts.push_back(text); };
+    EXPECT_EQ(failure_of_write(rcc, 0x6C, 0), "accepted");
+    EXPECT_EQ(rcc.read(0x6C), 0U);
+    EXPECT_THAT(doubts, ElementsAre(HasSubstr("DEVICE: write at 0x4000006c: a clock")));
+    EXPECT_EQ(failure_of_write(rcc, 0x6C, 0x050F667F), "accepted");
+    EXPECT_EQ(doubts.size(), 1U) << "all clocks run again";
+}
+
+/// A region of RAM that may only be read.
+TEST_F(RegistersTest, MpuRegionsThatThisModelDoesNotCheckAreDoubtful) {
+    const auto set_up = [&] {
+        machine.bus.write(0xE000ED9C, 0x20002000, 4);
+        machine.bus.write(0xE000EDA0, 5U << 24U | 7U << 1U | 1U, 4);
+        machine.bus.write(0xE000ED94, 5, 4);
+    };
+    EXPECT_THROW(set_up(), RunFailure);
+    std::vector<std::string> doubts;
+    machine.bus.on_doubt = [&](const std::string& text) { doubts.push_back(text); };
+    set_up();
+    EXPECT_EQ(machine.bus.read(0xE000ED94, 4), 5U);
+    EXPECT_THAT(doubts, Contains(HasSubstr("MPU region at 0x20002000 forbids access to memory")));
+}
+
+TEST_F(RegistersTest, DacNoiseIsRefused) {
+    Dac dac(machine, dma, 54, {6, 7}, [] { return 16e6; });
+    EXPECT_THAT(failure_of_write(dac, 0x00, 1U << 22U), HasSubstr("CR.WAVE: noise and triangle"));
 }
 
 TEST_F(RegistersTest, EveryRegisterAcceptsItsResetValue) {

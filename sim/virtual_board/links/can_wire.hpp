@@ -103,17 +103,13 @@ private:
         }
     }
     void on_frame_end() {
-        switch (sender_) {
-            case Sender::board:
-                finish_own();
-                break;
-            case Sender::others:
-                deliver(on_bus_, nullptr);
-                outgoing_.pop_front();
-                break;
-            case Sender::babbler:
-                deliver(on_bus_, nullptr);
-                break;
+        if (sender_ == Sender::board) {
+            finish_own();
+        } else {
+            deliver(on_bus_, nullptr);
+        }
+        if (sender_ == Sender::others) {
+            outgoing_.pop_front();
         }
         arbitrate();
     }

@@ -49,30 +49,19 @@ public:
     void attach(Mapping mapping) { mappings_.push_back(std::move(mapping)); }
     std::uint32_t read(std::uint32_t address, unsigned bytes) {
         Mapping& m = device_at(address);
-        if (!has_clock(m, "read", address)) {
-            return 0;
-        }
-        try {
-            const std::uint32_t word = m.device->read((address - m.base) & ~3U);
-            return bytes == 4 ? word : (word >> 8U * (address & 3U)) & ((1U << 8U * bytes) - 1U);
-        } catch (const RunFailure& failure) {
-            throw RunFailure(fmt::format("{}: read at {:#010x}: {}", m.name, address, failure.what()));
-        }
+        std::uint32_t word = 0;
+        access(m, "read", address, [&] { word = m.device->read((address - m.base) & ~3U); });
+        return bytes == 4 ? word : (word >> 8U * (address & 3U)) & ((1U << 8U * bytes) - 1U);
     }
     void write(std::uint32_t address, std::uint32_t value, unsigned bytes) {
         Mapping& m = device_at(address);
-        if (!has_clock(m, "write", address)) {
-            return;
-        }
-        try {
+        access(m, "write", address, [&] {
             if (bytes == 4) {
                 m.device->write(address - m.base, value);
             } else {
                 m.device->write_narrow(address - m.base, value, bytes);
             }
-        } catch (const RunFailure& failure) {
-            throw RunFailure(fmt::format("{}: write at {:#010x}: {}", m.name, address, failure.what()));
-        }
+        });
     }
     void reset() {
         for (const Mapping& m : mappings_) {
@@ -98,18 +87,25 @@ private:
         throw RunFailure(absent == kAbsent.end() ? fmt::format("no peripheral at {:#010x}", address)
                                                  : fmt::format("{} at {:#010x} is not in this model", absent->name, address));
     }
-    [[nodiscard]] bool has_clock(const Mapping& m, const char* access, std::uint32_t address) const {
-        if (!m.clock_is_on || m.clock_is_on()) {
-            return true;
+    template <typename Act>
+    void access(const Mapping& m, const char* kind, std::uint32_t address, Act act) const {
+        const auto text = [&](const char* what) { return fmt::format("{}: {} at {:#010x}{}", m.name, kind, address, what); };
+        if (m.clock_is_on && !m.clock_is_on()) {
+            fail_if(!on_doubt && !m.may_be_off, "{}", text(" before its clock is on"));
+            if (on_doubt) {
+                on_doubt(text(" before its clock is on: ignored, as on the chip"));
+            }
+            return;
         }
-        const std::string text = fmt::format("{}: {} at {:#010x} before its clock is on", m.name, access, address);
-        if (!on_doubt && !m.may_be_off) {
-            throw RunFailure(text);
+        try {
+            act();
+        } catch (const RunFailure& failure) {
+            const std::string reason = text(": ") + failure.what();
+            if (!on_doubt || dynamic_cast<const Doubt*>(&failure) == nullptr) {
+                throw RunFailure(reason);
+            }
+            on_doubt(reason);
         }
-        if (on_doubt) {
-            on_doubt(text + ": ignored, as on the chip");
-        }
-        return false;
     }
 
     std::vector<Mapping> mappings_;

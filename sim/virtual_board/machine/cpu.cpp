@@ -4,6 +4,7 @@
 #include <unicorn/unicorn.h>
 
 #include <algorithm>
+#include <cstring>
 #include <exception>
 #include <utility>
 
@@ -81,9 +82,13 @@ struct Cpu::Hooks {
         });
     }
     static void interrupt(uc_engine*, std::uint32_t number, void* cpu) { static_cast<Cpu*>(cpu)->on_interrupt(number); }
-    static bool forbidden(uc_engine*, uc_mem_type type, std::uint64_t address, int, std::int64_t, void* cpu) {
+    static bool forbidden(uc_engine*, uc_mem_type type, std::uint64_t address, int bytes, std::int64_t value, void* cpu) {
         const auto at = static_cast<std::uint32_t>(address);
         auto& self = *static_cast<Cpu*>(cpu);
+        if (type == UC_MEM_WRITE_PROT && at - Memory::kFlashBase < Memory::kBankBytes && bytes == 4 &&
+            self.store_to_flash(at, static_cast<std::uint32_t>(value))) {
+            return true;
+        }
         const bool fetches = type == UC_MEM_FETCH_UNMAPPED || type == UC_MEM_FETCH_PROT;
         if (type == UC_MEM_FETCH_PROT && Memory::is_ram(at) && !self.control_.mpu().forbids(at, true)) {
             return self.open_ram();
@@ -167,6 +172,29 @@ void Cpu::forget_blocks_of_flash() {
             flash_facts_[half] = {};
         }
     }
+}
+
+/// Unicorn changes the memory after a hook that permits it; undo_flash_store() restores it.
+bool Cpu::store_to_flash(std::uint32_t address, std::uint32_t value) {
+    undo_flash_store();
+    bool taken = false;
+    guarded([&] { taken = on_flash_write(address - Memory::kFlashBase, value); });
+    flash_store_ = {address, memory_.word(address)};
+    return taken || failure_.has_value();
+}
+
+void Cpu::undo_flash_store() {
+    if (flash_store_) {
+        std::memcpy(memory_.at(flash_store_->first, 4).data(), &flash_store_->second, 4);
+        flash_store_.reset();
+    }
+}
+
+void Cpu::forget_flash(std::uint32_t offset, std::uint32_t bytes) {
+    constexpr std::uint32_t kLongestBlock = 1024;
+    const auto first = flash_facts_.begin() + (offset < kLongestBlock ? 0 : offset - kLongestBlock) / 2;
+    const auto last = flash_facts_.begin() + (offset + bytes) / 2;
+    flash_has_changed_ = flash_has_changed_ || std::any_of(first, last, [](const BlockFacts& facts) { return facts.bytes != 0; });
 }
 
 void Cpu::forget_block(std::uint32_t address) {
@@ -257,6 +285,7 @@ const BlockFacts& Cpu::facts_at(std::uint32_t address, std::uint32_t bytes) {
 }
 
 void Cpu::on_block(std::uint32_t address, std::uint32_t bytes) {
+    undo_flash_store();
     block_ = address;
     events_.advance(events_.now());
     if (stop_requested_ || flash_has_changed_ || events_.now() >= limit_ || (nvic_.may_take() && nvic_.to_take(masks()) != 0) ||
@@ -346,6 +375,7 @@ void Cpu::run() {
     }
     // In steps while a fault is awaited, because within a block the pc of an access is not known.
     const uc_err error = uc_emu_start(uc_, pc() | 1U, 0, 0, takes_fault_ ? 1 : 0);
+    undo_flash_store();
     if (failure_) {
         return;
     }

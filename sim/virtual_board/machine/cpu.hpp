@@ -48,8 +48,12 @@ public:
 
     /// The data pages of the bank that runs become a part of the bus. Call it before the first instruction.
     void map_data_pages();
-    /// The flash has other code. May be called by an event.
-    void forget_flash() { flash_has_changed_ = true; }
+    /// This part of the flash has other code. May be called by an event.
+    void forget_flash(std::uint32_t offset, std::uint32_t bytes);
+    /// Called with a store of 4 bytes to the flash, at an offset. False: the flash refuses it.
+    std::function<bool(std::uint32_t, std::uint32_t)> on_flash_write = [](std::uint32_t, std::uint32_t) { return false; };
+    /// The next instruction waits. May be called by an access to the bus.
+    void wait(Ticks time) { add_cycles(static_cast<int>(time / ticks_per_cycle_)); }
 
     /// An event for WFE.
     void signal_event() { event_ = true; }
@@ -97,6 +101,8 @@ private:
     [[nodiscard]] bool lacks_traps() const { return !traps_ && (control_.traps_division() || control_.traps_unaligned()); }
     void check_division(std::uint32_t address, std::uint32_t bytes);
     bool open_ram();
+    bool store_to_flash(std::uint32_t address, std::uint32_t value);
+    void undo_flash_store();
     bool may_run_in_ram(std::uint32_t address, std::uint32_t bytes);
     void start_sleep(bool until_event);
     void sleep();
@@ -150,6 +156,7 @@ private:
     std::vector<BlockFacts> flash_facts_;  // by half-word
     BlockFacts other_facts_;
     bool flash_has_changed_ = false;
+    std::optional<std::pair<std::uint32_t, std::uint32_t>> flash_store_;     // address, content before
     bool traps_ = false;                                                     // hooks of the traps of CCR
     std::unordered_map<std::uint32_t, std::vector<std::uint8_t>> ram_code_;  // translated, by address
     std::optional<std::uint32_t> overwritten_;                               // such code that has changed

@@ -163,12 +163,9 @@ std::uint32_t Nvic::read(std::uint32_t offset) {
 
 void Nvic::write(std::uint32_t offset, std::uint32_t value) {
     const std::uint32_t word = (offset & 0x7FU) / 4;
-    if (in(offset, kSetEnable)) {
+    if (const bool enables = in(offset, kSetEnable); enables || in(offset, kClearEnable)) {
         changed();
-        for_bits(word, value, [this](int e) { state(e).enabled = true; });
-    } else if (in(offset, kClearEnable)) {
-        changed();
-        for_bits(word, value, [this](int e) { state(e).enabled = false; });
+        for_bits(word, value, [&](int e) { state(e).enabled = enables; });
     } else if (in(offset, kSetPending)) {
         for_bits(word, value, [this](int e) { pend(e); });
     } else if (in(offset, kClearPending)) {

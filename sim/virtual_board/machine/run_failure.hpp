@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <stdexcept>
+#include <string>
 
 namespace tricoil::virtual_board {
 
@@ -12,6 +13,17 @@ class RunFailure : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
+
+/// A use that this model cannot follow as the chip does. Thrown last, after the access had its effect; with --as-chip the run
+/// goes on.
+struct Doubt : RunFailure {
+    using RunFailure::RunFailure;
+};
+inline void doubt_if(bool is_doubtful, const std::string& reason) {
+    if (is_doubtful) {
+        throw Doubt(reason);
+    }
+}
 
 inline void fail_if(bool is_wrong, const char* reason) {
     if (is_wrong) {

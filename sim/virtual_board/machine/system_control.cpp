@@ -18,9 +18,6 @@ constexpr std::uint32_t kBfar = 0x38;
 constexpr std::uint32_t kDhcsr = 0xF0;
 constexpr std::uint32_t kDemcr = 0xFC;
 
-constexpr std::array<Register, 4> kTickRegisters{
-    {{0x0, 0, "CTRL", 0x7}, {0x4, 0, "LOAD", 0xFFFFFF}, {0x8, 0, "VAL", kAllBits}, {0xC, 0, "CALIB", 0}}};
-constexpr std::array<Register, 2> kCycleRegisters{{{0x0, 0x40000000, "CTRL", 0x1}, {0x4, 0, "CYCCNT", kAllBits}}};
 constexpr std::uint32_t kPriorityBytes = 12;
 constexpr unsigned kFaultEnables = 16;  // MEMFAULTENA; BUSFAULTENA and USGFAULTENA follow
 constexpr std::uint32_t kSystemResetRequest = 1U << 2U;
@@ -108,16 +105,10 @@ std::uint32_t SystemControl::read(std::uint32_t offset) {
     if (offset >= Mpu::kFirst && offset <= Mpu::kLast) {
         return mpu_.read(offset);
     }
-    switch (offset) {
-        case kIcsr:
-            return interrupt_state();
-        case kAircr:
-            return 0xFA050000U | nvic_.group() << 8U;
-        case kDhcsr:
-            return 0;  // no debugger is attached
-        default:
-            return registers_.at(offset);
+    if (offset == kIcsr || offset == kAircr) {
+        return offset == kIcsr ? interrupt_state() : 0xFA050000U | nvic_.group() << 8U;
     }
+    return offset == kDhcsr ? 0 : registers_.at(offset);  // no debugger is attached
 }
 
 void SystemControl::write(std::uint32_t offset, std::uint32_t value) {
@@ -172,10 +163,6 @@ void SystemControl::write_narrow(std::uint32_t offset, std::uint32_t value, unsi
     }
 }
 
-std::span<const Register> SysTick::registers() const { return kTickRegisters; }
-
-std::span<const Register> CycleCounter::registers() const { return kCycleRegisters; }
-
 void SystemControl::reset() {
     registers_.reset();
     mpu_.reset();
@@ -183,19 +170,26 @@ void SystemControl::reset() {
 }
 
 SysTick::SysTick(Events& events, Nvic& nvic, std::function<Ticks()> ticks_per_cycle)
-    : events_(events), nvic_(nvic), ticks_per_cycle_(std::move(ticks_per_cycle)), wrap_(events, [this] { wrap(); }) {}
+    : RegisterPeripheral({{kControl, 0, "CTRL", 0x10007},
+                          {kLoad, 0, "LOAD", kAllBits},
+                          {kValue, 0, "VAL", kAllBits},
+                          {0xC, 0, "CALIB", kAllBits}}),
+      events_(events),
+      nvic_(nvic),
+      ticks_per_cycle_(std::move(ticks_per_cycle)),
+      wrap_(events, [this] { wrap(); }) {}
 
 void SysTick::wrap() {
     counted_ = true;
-    if ((control_ & 2U) != 0) {
+    if (is_set(registers_[kControl], 1)) {
         nvic_.pend(kSysTick);
     }
     start();
 }
 
 void SysTick::start() {
-    if ((control_ & 1U) != 0 && load_ != 0) {
-        wrap_.in((Ticks{load_} + 1) * ticks_per_count());
+    if (is_set(registers_[kControl], 0) && registers_[kLoad] != 0) {
+        wrap_.in((Ticks{registers_[kLoad]} + 1) * ticks_per_count());
     } else {
         wrap_.cancel();
     }
@@ -212,77 +206,37 @@ void SysTick::count_from(std::uint32_t count) {
 }
 
 std::uint32_t SysTick::read(std::uint32_t offset) {
-    switch (offset) {
-        case 0x0: {
-            const std::uint32_t value = control_ | flag(counted_, 16);
-            counted_ = false;
-            return value;
-        }
-        case 0x4:
-            return load_;
-        case 0x8:
-            return count();
-        case 0xC:
-            return 0;
-        default:
-            throw RunFailure("no such register");
-    }
+    const std::uint32_t word = registers_.at(offset);
+    return offset == kControl ? word | flag(std::exchange(counted_, false), 16) : offset == kValue ? count() : word;
 }
 
-void SysTick::write(std::uint32_t offset, std::uint32_t value) {
-    switch (offset) {
-        case 0x0:
-            if (((control_ ^ value) & 5U) != 0) {
-                control_ = value & 7U;
-                start();
-            }
-            control_ = value & 7U;
-            break;
-        case 0x4:
-            load_ = value & 0xFFFFFFU;
-            break;
-        case 0x8:
-            counted_ = false;
-            start();
-            break;
-        default:
-            throw RunFailure("no such register");
+void SysTick::apply(std::uint32_t offset, std::uint32_t value) {
+    const std::uint32_t changed = registers_.at(offset) ^ value;
+    if (offset == kControl || offset == kLoad) {
+        registers_.at(offset) = value & (offset == kLoad ? 0xFFFFFFU : 7U);
+    }
+    counted_ = counted_ && offset != kValue;
+    if (offset == kValue || (offset == kControl && (changed & 5U) != 0)) {
+        start();
     }
 }
 
 void SysTick::reset() {
-    control_ = 0;
-    load_ = 0;
+    registers_.reset();
     counted_ = false;
     wrap_.cancel();
 }
 
 std::uint32_t CycleCounter::read(std::uint32_t offset) {
-    switch (offset) {
-        case 0x0:
-            return control_ | 0x40000000U;
-        case 0x4:
-            return (control_ & 1U) != 0 ? static_cast<std::uint32_t>(cycles_ - zero_) : stopped_at_;
-        default:
-            throw RunFailure("no such register");
-    }
+    const bool counts = offset == kCount && is_set(registers_[kControl], 0);
+    return counts ? static_cast<std::uint32_t>(cycles_ - zero_) : registers_.at(offset);
 }
 
-void CycleCounter::write(std::uint32_t offset, std::uint32_t value) {
-    const std::uint32_t count = read(4);
-    switch (offset) {
-        case 0x0:
-            control_ = value & 1U;
-            stopped_at_ = count;
-            zero_ = cycles_ - count;
-            break;
-        case 0x4:
-            stopped_at_ = value;
-            zero_ = cycles_ - value;
-            break;
-        default:
-            throw RunFailure("no such register");
-    }
+void CycleCounter::apply(std::uint32_t offset, std::uint32_t value) {
+    registers_.at(kCount) = offset == kCount ? value : read(kCount);
+    zero_ = cycles_ - registers_[kCount];
+    registers_.at(kControl) = offset == kControl ? (value & 1U) | 0x40000000U : registers_[kControl];
+    fail_if(!registers_.has(offset), "no such register");
 }
 
 }  // namespace tricoil::virtual_board

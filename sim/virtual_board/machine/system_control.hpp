@@ -79,7 +79,7 @@ private:
 };
 
 /// 0xE000E010: down-counter of processor cycles, or of every eighth.
-class SysTick final : public Peripheral {
+class SysTick final : public RegisterPeripheral {
 public:
     /// `ticks_per_cycle`: at the present core clock.
     SysTick(Events& events, Nvic& nvic, std::function<Ticks()> ticks_per_cycle);
@@ -89,39 +89,39 @@ public:
     void count_from(std::uint32_t count);
 
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
-    [[nodiscard]] std::span<const Register> registers() const override;
     void reset() override;
 
 private:
+    static constexpr std::uint32_t kControl = 0x0;
+    static constexpr std::uint32_t kLoad = 0x4;
+    static constexpr std::uint32_t kValue = 0x8;
+    void apply(std::uint32_t offset, std::uint32_t value) override;
     void wrap();
     void start();
     [[nodiscard]] Ticks ticks_per_count() const { return ticks_per_cycle_() * (is_divided() ? 8 : 1); }
-    [[nodiscard]] bool is_divided() const { return (control_ & 4U) == 0; }
+    [[nodiscard]] bool is_divided() const { return !is_set(registers_[kControl], 2); }
 
     Events& events_;
     Nvic& nvic_;
     std::function<Ticks()> ticks_per_cycle_;
     Event wrap_;
-    std::uint32_t control_ = 0;
-    std::uint32_t load_ = 0;
     bool counted_ = false;
 };
 
 /// 0xE0001000: CTRL and CYCCNT of the DWT. SystemControl has DEMCR.
-class CycleCounter final : public Peripheral {
+class CycleCounter final : public RegisterPeripheral {
 public:
-    explicit CycleCounter(const std::uint64_t& cycles) : cycles_(cycles) {}
+    explicit CycleCounter(const std::uint64_t& cycles)
+        : RegisterPeripheral({{kControl, 0x40000000, "CTRL", kAllBits}, {kCount, 0, "CYCCNT", kAllBits}}), cycles_(cycles) {}
     std::uint32_t read(std::uint32_t offset) override;
-    void write(std::uint32_t offset, std::uint32_t value) override;
-    [[nodiscard]] std::span<const Register> registers() const override;
-    void reset() override { control_ = 0; }
 
 private:
+    static constexpr std::uint32_t kControl = 0x0;
+    static constexpr std::uint32_t kCount = 0x4;
+    void apply(std::uint32_t offset, std::uint32_t value) override;
+
     const std::uint64_t& cycles_;
-    std::uint32_t control_ = 0;
     std::uint64_t zero_ = 0;
-    std::uint32_t stopped_at_ = 0;
 };
 
 /// 0xE0000000: instrumentation trace (ITM). Nothing reads the trace, so its ports are always ready.

@@ -98,23 +98,23 @@ Adc::Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& p
       params_(params),
       ready_(machine.events,
              [this] {
-                 is_ready_ = true;
-                 flags_ |= 1U << adc::kReady;
+                 state_.is_ready = true;
+                 state_.flags |= 1U << adc::kReady;
                  show_interrupt();
              }),
       calibrated_(machine.events,
                   [this] {
-                      control_ &= ~(1U << adc::kCalibrate);
+                      state_.control &= ~(1U << adc::kCalibrate);
                       registers_.at(adc::kCalibration) = 0x40;
                       converted_ = machine_.now();
                   }),
       finished_(machine.events, [this] { finish(); }) {
-    dma_.on_enable(params_.request, [this] { waits_ = waits_ && !dma_.request(params_.request); });
+    dma_.on_enable(params_.request, [this] { state_.waits = state_.waits && !dma_.request(params_.request); });
     reset();
 }
 
 unsigned Adc::channel() const {
-    const unsigned place = rank_ + 1;  // SQR1 begins with the length
+    const unsigned place = state_.rank + 1;  // SQR1 begins with the length
     return field(registers_[adc::kSqr1 + 4 * (place / 5)], 6 * (place % 5), 5);
 }
 
@@ -172,17 +172,17 @@ void Adc::finish() {
     code ^= may_be_wrong() ? first_error_ : 0U;
     code >>= 2 * resolution;
     converted_ = machine_.now();
-    flags_ |= 1U << adc::kEndOfSampling;
+    state_.flags |= 1U << adc::kEndOfSampling;
     if (!is_set(registers_[adc::kCfgr2], adc::kOversample)) {
         store_result(corrected(code));
         return;
     }
-    sum_ += code;
+    state_.sum += code;
     const unsigned ratio = 2U << field(registers_[adc::kCfgr2], 2, 3);
-    if (++summed_ == ratio) {
-        const std::uint32_t result = sum_ >> field(registers_[adc::kCfgr2], 5, 4) & 0xFFFFU;
-        sum_ = 0;
-        summed_ = 0;
+    if (++state_.summed == ratio) {
+        const std::uint32_t result = state_.sum >> field(registers_[adc::kCfgr2], 5, 4) & 0xFFFFU;
+        state_.sum = 0;
+        state_.summed = 0;
         store_result(corrected(result));
     } else if (!is_set(registers_[adc::kCfgr2], adc::kTriggerEach)) {
         convert();
@@ -192,17 +192,17 @@ void Adc::finish() {
 void Adc::store_result(std::uint32_t result) {
     check_watchdog(result);
     const std::uint32_t cfgr = registers_[adc::kCfgr];
-    const bool unread = is_set(flags_, adc::kEndOfConversion);
-    flags_ |= flag(unread, adc::kOverrun);
+    const bool unread = is_set(state_.flags, adc::kEndOfConversion);
+    state_.flags |= flag(unread, adc::kOverrun);
     // Without OVRMOD the unread result stays, and later ones are lost until the flag is cleared (RM0440, ADC overrun).
-    if (!is_set(flags_, adc::kOverrun) || is_set(cfgr, adc::kOverwrite)) {
+    if (!is_set(state_.flags, adc::kOverrun) || is_set(cfgr, adc::kOverwrite)) {
         registers_.at(adc::kDr) = result;
     }
-    flags_ |= 1U << adc::kEndOfConversion;
+    state_.flags |= 1U << adc::kEndOfConversion;
     on_result(result);
     if (is_set(cfgr, adc::kDma) &&
-        !is_set(flags_, adc::kOverrun)) {  // after an overrun there are no more requests until the flag is cleared
-        waits_ = !dma_.request(params_.request);
+        !is_set(state_.flags, adc::kOverrun)) {  // after an overrun there are no more requests until the flag is cleared
+        state_.waits = !dma_.request(params_.request);
     }
     advance_sequence();
     show_interrupt();
@@ -210,11 +210,11 @@ void Adc::store_result(std::uint32_t result) {
 
 void Adc::advance_sequence() {
     const std::uint32_t cfgr = registers_[adc::kCfgr];
-    const bool last = rank_ == field(registers_[adc::kSqr1], 0, 4);
-    rank_ = last ? 0 : rank_ + 1;
-    flags_ |= flag(last, adc::kEndOfSequence);
-    if (waits_ && !is_set(cfgr, adc::kDmaEndless)) {  // the DMA has moved its last item
-        rank_ = 0;
+    const bool last = state_.rank == field(registers_[adc::kSqr1], 0, 4);
+    state_.rank = last ? 0 : state_.rank + 1;
+    state_.flags |= flag(last, adc::kEndOfSequence);
+    if (state_.waits && !is_set(cfgr, adc::kDmaEndless)) {  // the DMA has moved its last item
+        state_.rank = 0;
         return;
     }
     if (!runs()) {
@@ -223,7 +223,7 @@ void Adc::advance_sequence() {
     if (!last || is_set(cfgr, adc::kContinuous)) {
         convert();
     } else if (is_by_software()) {
-        control_ &= ~(1U << adc::kStart);
+        state_.control &= ~(1U << adc::kStart);
     }
 }
 
@@ -237,17 +237,17 @@ void Adc::check_watchdog(std::uint32_t result) {
                                    : result << 2 * field(cfgr, 3, 2);
     const std::uint32_t limits = registers_[adc::kTr1];
     if (is_watched && (seen < field(limits, 0, 12) || seen > field(limits, 16, 12))) {
-        flags_ |= 1U << adc::kWatchdog1;
+        state_.flags |= 1U << adc::kWatchdog1;
     }
 }
 
-void Adc::show_interrupt() { machine_.nvic.set_level(params_.interrupt, (flags_ & registers_[adc::kIer]) != 0); }
+void Adc::show_interrupt() { machine_.nvic.set_level(params_.interrupt, (state_.flags & registers_[adc::kIer]) != 0); }
 
-bool Adc::is_powered() const { return is_set(control_, adc::kRegulator) && !is_set(control_, adc::kDeepPowerDown); }
+bool Adc::is_powered() const { return is_set(state_.control, adc::kRegulator) && !is_set(state_.control, adc::kDeepPowerDown); }
 
 void Adc::power(std::uint32_t value) {
     constexpr std::uint32_t kPowers = 1U << adc::kRegulator | 1U << adc::kDeepPowerDown;
-    control_ = (control_ & ~kPowers) | (value & kPowers);
+    state_.control = (state_.control & ~kPowers) | (value & kPowers);
     if (!is_powered()) {
         regulated_from_.reset();
     } else if (!regulated_from_) {
@@ -256,43 +256,43 @@ void Adc::power(std::uint32_t value) {
 }
 
 void Adc::calibrate() {
-    fail_if(!is_powered() || is_set(control_, adc::kEnable),
+    fail_if(!is_powered() || is_set(state_.control, adc::kEnable),
             "calibration requires the regulator to be on and the converter to be disabled");
     fail_if(machine_.now() < *regulated_from_, "calibration starts before the regulator is ready");
-    control_ |= 1U << adc::kCalibrate;
+    state_.control |= 1U << adc::kCalibrate;
     calibrated_.in(adc::kCalibrationCycles * common_.clock());
 }
 
 void Adc::enable() {
-    fail_if(!is_powered() || is_set(control_, adc::kCalibrate),
+    fail_if(!is_powered() || is_set(state_.control, adc::kCalibrate),
             "converter is enabled without its regulator, or during calibration");
     fail_if(static_cast<double>(kTicksPerSecond) > adc::kMaxHz * static_cast<double>(common_.clock()),
             "the converter clock is above 60 MHz");
-    control_ |= 1U << adc::kEnable;
-    is_ready_ = false;
+    state_.control |= 1U << adc::kEnable;
+    state_.is_ready = false;
     ready_.in(ticks(adc::kReadyS));
 }
 
 void Adc::start() {
-    fail_if(!is_set(control_, adc::kEnable) || !is_ready_, "conversion starts before ADRDY");
+    fail_if(!is_set(state_.control, adc::kEnable) || !state_.is_ready, "conversion starts before ADRDY");
     if (runs()) {
         return;
     }
-    control_ |= 1U << adc::kStart;
-    sum_ = 0;
-    summed_ = 0;
-    rank_ = 0;
-    waits_ = false;
+    state_.control |= 1U << adc::kStart;
+    state_.sum = 0;
+    state_.summed = 0;
+    state_.rank = 0;
+    state_.waits = false;
     if (is_by_software()) {
         convert();
     }
 }
 
 void Adc::stop() {
-    control_ &= ~(1U << adc::kStart);
+    state_.control &= ~(1U << adc::kStart);
     finished_.cancel();
     converted_.reset();
-    rank_ = 0;
+    state_.rank = 0;
 }
 
 void Adc::control(std::uint32_t value) {
@@ -301,13 +301,13 @@ void Adc::control(std::uint32_t value) {
         calibrate();
         return;
     }
-    if (is_set(value, adc::kEnable) && !is_set(control_, adc::kEnable)) {
+    if (is_set(value, adc::kEnable) && !is_set(state_.control, adc::kEnable)) {
         enable();
     }
     if (is_set(value, adc::kDisable)) {
         fail_if(runs(), "the converter is disabled (ADDIS) while it converts; stop it with ADSTP first");
-        control_ &= ~(1U << adc::kEnable);
-        is_ready_ = false;
+        state_.control &= ~(1U << adc::kEnable);
+        state_.is_ready = false;
         ready_.cancel();
     }
     if (is_set(value, adc::kStart)) {
@@ -321,12 +321,12 @@ void Adc::control(std::uint32_t value) {
 std::uint32_t Adc::read(std::uint32_t offset) {
     switch (offset) {
         case adc::kIsr:
-            return flags_;
+            return state_.flags;
         case adc::kCr:
-            return control_;
+            return state_.control;
         case adc::kDr:  // takes the result, so nothing is left for the DMA
-            flags_ &= ~(1U << adc::kEndOfConversion);
-            waits_ = false;
+            state_.flags &= ~(1U << adc::kEndOfConversion);
+            state_.waits = false;
             show_interrupt();
             return registers_[adc::kDr];
         default:
@@ -339,7 +339,7 @@ void Adc::apply(std::uint32_t offset, std::uint32_t value) {
     fail_if(set_up && runs(), "register is written while conversions run");
     switch (offset) {
         case adc::kIsr:
-            flags_ &= ~value;
+            state_.flags &= ~value;
             break;
         case adc::kCr:
             control(value);
@@ -354,14 +354,8 @@ void Adc::apply(std::uint32_t offset, std::uint32_t value) {
 
 void Adc::reset() {
     registers_.reset();
-    control_ = 1U << adc::kDeepPowerDown;
+    state_ = {};
     regulated_from_.reset();
-    flags_ = 0;
-    sum_ = 0;
-    summed_ = 0;
-    rank_ = 0;
-    is_ready_ = false;
-    waits_ = false;
     converted_.reset();
     ready_.cancel();
     calibrated_.cancel();

@@ -90,7 +90,7 @@ private:
     void store_result(std::uint32_t result);
     void check_watchdog(std::uint32_t result);
     void show_interrupt();
-    [[nodiscard]] bool runs() const { return is_set(control_, 2); }
+    [[nodiscard]] bool runs() const { return is_set(state_.control, 2); }
 
     Machine& machine_;
     Dma& dma_;
@@ -102,13 +102,15 @@ private:
     std::optional<Ticks> regulated_from_;
     std::optional<Ticks> converted_;  // end of the last conversion or calibration; empty after ADSTP
     std::uint32_t first_error_ = 0x400;
-    std::uint32_t control_ = 0;
-    std::uint32_t flags_ = 0;
-    std::uint32_t sum_ = 0;
-    unsigned summed_ = 0;
-    unsigned rank_ = 0;      // in the sequence, from 0
-    bool is_ready_ = false;  // ADRDY was set; software may have cleared the flag since
-    bool waits_ = false;     // a DMA request
+    struct State {
+        std::uint32_t control = 1U << 29U;  // DEEPPWD
+        std::uint32_t flags = 0;
+        std::uint32_t sum = 0;
+        unsigned summed = 0;
+        unsigned rank = 0;      // in the sequence, from 0
+        bool is_ready = false;  // ADRDY was set; software may have cleared the flag since
+        bool waits = false;     // a DMA request
+    } state_;
     bool stuck_ = false;
 };
 

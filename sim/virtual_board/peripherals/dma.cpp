@@ -13,8 +13,7 @@ constexpr unsigned kMemoryMoves = 7;
 constexpr unsigned kMemoryToMemory = 14;
 constexpr unsigned kComplete = 1;  // flags of a channel, and their enables in its control
 constexpr unsigned kHalf = 2;
-constexpr std::uint32_t kStatus = 0x80;  // of the multiplexer: CSR, CFR
-constexpr std::uint32_t kClearFlags = 0x84;
+constexpr std::uint32_t kClearFlags = 0x84;  // of the multiplexer: CFR
 constexpr std::array<std::array<int, Dma::kChannels>, Dma::kControllers> kLines{
     {{11, 12, 13, 14, 15, 16, 17, 96}, {56, 57, 58, 59, 60, 97, 98, 99}}};
 
@@ -30,7 +29,6 @@ constexpr std::array<Register, 6> kRegisters{{{0x00, 0, "ISR", kAllBits, ""},
                                               {0x10, 0, "CPAR", kAllBits, ""},
                                               {0x14, 0, "CMAR", kAllBits, ""}}};
 constexpr Register kRoute{0x00, 0, "CxCR", 0x7F, "SOIE@8 EGE@9 SE@16 SPOL@17-18 NBREQ@19-23 SYNC_ID@24-28"};
-constexpr std::array<Register, 3> kRoutes{{kRoute, {kStatus, 0, "CSR", 0, ""}, {kClearFlags, 0, "CFR", kAllBits, ""}}};
 
 }  // namespace dma
 
@@ -47,7 +45,7 @@ Dma::Dma(Machine& machine) : machine_(machine), controllers_{{{*this, 0}, {*this
 
 bool Dma::request(unsigned id) {
     for (unsigned n = 0; n < kControllers * kChannels && !stuck_; ++n) {
-        if (multiplexer_.requests[n] == id && controllers_[n / kChannels].accepts(n % kChannels)) {
+        if (multiplexer_.request(n) == id && controllers_[n / kChannels].accepts(n % kChannels)) {
             controllers_[n / kChannels].move(n % kChannels);
             return true;
         }
@@ -62,24 +60,21 @@ void Dma::enabled(unsigned id) {
     }
 }
 
-std::uint32_t Dma::Multiplexer::read(std::uint32_t offset) {
-    if (offset == dma::kStatus || offset == dma::kClearFlags) {
-        return 0;
-    }
-    fail_if(offset >= 4 * requests.size(), "request generators are not in this model");
-    return requests[offset / 4];
-}
+Dma::Multiplexer::Multiplexer()
+    : RegisterPeripheral([] {
+          std::vector<Register> all(kControllers * kChannels, dma::kRoute);
+          for (std::uint32_t n = 0; n < all.size(); ++n) {
+              all[n].offset = 4 * n;
+          }
+          all.push_back({0x80, 0, "CSR", 0});
+          all.push_back({dma::kClearFlags, 0, "CFR", kAllBits});
+          return all;
+      }()) {}
 
-void Dma::Multiplexer::write(std::uint32_t offset, std::uint32_t value) {
-    if (offset == dma::kClearFlags) {
-        return;  // of synchronisation overruns, which do not occur
-    }
-    fail_if(offset >= 4 * requests.size(), "request generators are not in this model");
-    dma::kRoute.check(value);
-    requests[offset / 4] = value;
+/// CFR clears synchronisation overruns, which do not occur.
+void Dma::Multiplexer::apply(std::uint32_t offset, std::uint32_t value) {
+    registers_.at(offset) = offset == dma::kClearFlags ? 0 : value;
 }
-
-std::span<const Register> Dma::Multiplexer::registers() const { return dma::kRoutes; }
 
 std::span<const Register> Dma::Controller::registers() const { return dma::kRegisters; }
 
@@ -146,7 +141,7 @@ void Dma::Controller::enable(unsigned channel) {
         }
         return;
     }
-    dma_.enabled(dma_.multiplexer_.requests[kChannels * number_ + channel]);
+    dma_.enabled(dma_.multiplexer_.request(kChannels * number_ + channel));
 }
 
 void Dma::Controller::show_interrupt(unsigned channel) {

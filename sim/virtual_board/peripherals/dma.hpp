@@ -61,13 +61,13 @@ private:
         std::array<Channel, kChannels> channels_{};
         std::uint32_t flags_ = 0;
     };
-    class Multiplexer final : public Peripheral {
+    class Multiplexer final : public RegisterPeripheral {
     public:
-        std::uint32_t read(std::uint32_t offset) override;
-        void write(std::uint32_t offset, std::uint32_t value) override;
-        [[nodiscard]] std::span<const Register> registers() const override;
-        void reset() override { requests.fill(0); }
-        std::array<std::uint32_t, kControllers * kChannels> requests{};
+        Multiplexer();
+        [[nodiscard]] std::uint32_t request(unsigned channel) const { return registers_[4 * channel]; }
+
+    private:
+        void apply(std::uint32_t offset, std::uint32_t value) override;
     };
 
     void enabled(unsigned id);

@@ -27,9 +27,9 @@ Fdcan::Fdcan(Machine& machine, std::array<int, 2> lines, std::function<double()>
       kernel_hz_(std::move(kernel_hz)),
       recovered_(machine.events,
                  [this] {
-                     bus_off_ = false;
-                     send_errors_ = 0;
-                     receive_errors_ = 0;
+                     state_.bus_off = false;
+                     state_.send_errors = 0;
+                     state_.receive_errors = 0;
                      on_request();
                  }),
       looped_(machine.events, [this] { end_loop(); }),
@@ -40,7 +40,7 @@ Fdcan::Fdcan(Machine& machine, std::array<int, 2> lines, std::function<double()>
     reset();
 }
 
-bool Fdcan::runs() const { return !is_set(registers_[kCccr], kInit) && !bus_off_ && !machine_.events.is_frozen(); }
+bool Fdcan::runs() const { return !is_set(registers_[kCccr], kInit) && !state_.bus_off && !machine_.events.is_frozen(); }
 
 bool Fdcan::is_loop() const { return is_set(registers_[kTest], kLoopBack) && is_set(registers_[kCccr], kTestOn); }
 
@@ -71,16 +71,16 @@ unsigned Fdcan::clock_divider() const {
 std::uint32_t Fdcan::queue_status() const {
     unsigned pending = 0;
     for (unsigned n = 0; n < kDepth; ++n) {
-        pending += is_set(requests_, n) ? 1 : 0;
+        pending += is_set(state_.requests, n) ? 1 : 0;
     }
     const int next = next_buffer();
-    return (kDepth - pending) | (next < 0 ? put_index_ : static_cast<unsigned>(next)) << 8U | put_index_ << 16U |
+    return (kDepth - pending) | (next < 0 ? state_.put_index : static_cast<unsigned>(next)) << 8U | state_.put_index << 16U |
            flag(pending == kDepth, 21);
 }
 
 std::uint32_t Fdcan::protocol_status() const {
-    return last_error_ | 1U << 3U | flag(send_errors_ >= kPassiveAt, 5) | flag(send_errors_ >= kWarningAt, 6) |
-           flag(bus_off_, 7) | 7U << 8U;
+    return state_.last_error | 1U << 3U | flag(state_.send_errors >= kPassiveAt, 5) | flag(state_.send_errors >= kWarningAt, 6) |
+           flag(state_.bus_off, 7) | 7U << 8U;
 }
 
 void Fdcan::control(std::uint32_t value) {
@@ -97,14 +97,14 @@ void Fdcan::control(std::uint32_t value) {
     if (is_set(before, kInit) && !is_set(next, kInit)) {
         const double nominal = nominal_hz();
         fail_if(nominal <= 0 || !std::isfinite(nominal), "FDCAN has no kernel clock");
-        if (bus_off_) {  // 129 times 11 recessive bits
+        if (state_.bus_off) {  // 129 times 11 recessive bits
             recovered_.in(ticks(129 * 11 / nominal));
         }
         start_loop();
         on_request();
     }
     if (!is_set(before, kInit) && is_set(next, kInit)) {
-        requests_ = 0;
+        state_.requests = 0;
         looped_.cancel();
     }
     if (!is_set(before, kChange) && is_set(next, kChange)) {
@@ -112,15 +112,15 @@ void Fdcan::control(std::uint32_t value) {
             *fifo = {fifo->base};
         }
         registers_.at(kHpms) = 0;
-        requests_ = 0;
-        put_index_ = 0;
+        state_.requests = 0;
+        state_.put_index = 0;
         registers_.at(kTxbto) = 0;
         registers_.at(kTxbcf) = 0;
     }
 }
 
 void Fdcan::show_interrupt() {
-    const std::uint32_t wanted = interrupts_ & registers_[kIe];
+    const std::uint32_t wanted = state_.interrupts & registers_[kIe];
     std::uint32_t on_line_1 = 0;
     for (unsigned n = 0; n < kGroups.size(); ++n) {
         on_line_1 |= is_set(registers_[kIls], n) ? kGroups[n] : 0;
@@ -132,14 +132,14 @@ void Fdcan::show_interrupt() {
 std::uint32_t Fdcan::read(std::uint32_t offset) {
     switch (offset) {
         case kEcr:
-            return static_cast<std::uint32_t>(send_errors_) | static_cast<std::uint32_t>(receive_errors_) << 8U;
+            return static_cast<std::uint32_t>(state_.send_errors) | static_cast<std::uint32_t>(state_.receive_errors) << 8U;
         case kPsr: {
             const std::uint32_t value = protocol_status();
-            last_error_ = 7;
+            state_.last_error = 7;
             return value;
         }
         case kIr:
-            return interrupts_;
+            return state_.interrupts;
         case kRxf0s:
             return fifo_status(fifos_[0]);
         case kRxf1s:
@@ -147,7 +147,7 @@ std::uint32_t Fdcan::read(std::uint32_t offset) {
         case kTxfqs:
             return queue_status();
         case kTxbrp:
-            return requests_;
+            return state_.requests;
         case kTxefs:
             return fifo_status(events_);
         default:
@@ -164,7 +164,7 @@ void Fdcan::apply(std::uint32_t offset, std::uint32_t value) {
             control(value);
             break;
         case kIr:
-            interrupts_ &= ~value;
+            state_.interrupts &= ~value;
             for (unsigned n = 0; n < 2; ++n) {
                 fifos_[n].lost = fifos_[n].lost && !is_set(value, kLost0 + 3 * n);
             }
@@ -183,8 +183,8 @@ void Fdcan::apply(std::uint32_t offset, std::uint32_t value) {
             request(value);
             break;
         case kTxbcr:
-            cancelling_ |= value & flag(sending_ >= 0, static_cast<unsigned>(std::max(sending_, 0)));
-            cancel(value & ~cancelling_);
+            state_.cancelling |= value & flag(state_.sending >= 0, static_cast<unsigned>(std::max(state_.sending, 0)));
+            cancel(value & ~state_.cancelling);
             break;
         default:
             registers_.at(offset) = value;
@@ -199,15 +199,7 @@ void Fdcan::reset() {
     paused_.cancel();
     fifos_ = {{{kFifo0}, {kFifo1}}};
     events_ = {kEvents};
-    requests_ = 0;
-    put_index_ = 0;
-    sending_ = -1;
-    cancelling_ = 0;
-    interrupts_ = 0;
-    send_errors_ = 0;
-    receive_errors_ = 0;
-    bus_off_ = false;
-    last_error_ = 7;
+    state_ = {};
     show_interrupt();
 }
 

@@ -125,15 +125,17 @@ private:
     Event paused_;  // two bit times after a frame (CCCR.TXP)
     std::array<Fifo, 2> fifos_;
     Fifo events_;  // of transmissions
-    std::uint32_t requests_ = 0;
-    std::uint32_t put_index_ = 0;
-    int sending_ = -1;              // buffer of the frame on the bus; -1: none
-    std::uint32_t cancelling_ = 0;  // its bit, if software cancelled it meanwhile
-    std::uint32_t interrupts_ = 0;
-    int send_errors_ = 0;
-    int receive_errors_ = 0;
-    bool bus_off_ = false;
-    unsigned last_error_ = 7;
+    struct State {
+        std::uint32_t requests = 0;
+        std::uint32_t put_index = 0;
+        int sending = -1;              // buffer of the frame on the bus; -1: none
+        std::uint32_t cancelling = 0;  // its bit, if software cancelled it meanwhile
+        std::uint32_t interrupts = 0;
+        int send_errors = 0;
+        int receive_errors = 0;
+        bool bus_off = false;
+        unsigned last_error = 7;
+    } state_;
 };
 
 /// Time of a frame on the bus (ISO 11898-1: bits of each phase, plus 10 % for stuffing). Bit rates in bit/s.

@@ -62,7 +62,7 @@ void Fdcan::receive(const CanFrame& frame) {
         return;
     }
     accept(frame);
-    receive_errors_ = std::max(0, receive_errors_ - 1);
+    state_.receive_errors = std::max(0, state_.receive_errors - 1);
 }
 
 void Fdcan::accept(const CanFrame& frame) {
@@ -81,7 +81,7 @@ void Fdcan::note_priority(const Accepted& accepted) {
     const std::uint32_t index = (fifo.get + fifo.level) % kDepth;
     registers_.at(kHpms) = flag(accepted.extended, 15) | accepted.filter << 8U |
                            (stored ? (2U + static_cast<std::uint32_t>(accepted.fifo)) << 6U | index : 0U);
-    interrupts_ |= 1U << kPriority;
+    state_.interrupts |= 1U << kPriority;
     show_interrupt();
 }
 
@@ -91,7 +91,7 @@ void Fdcan::put(unsigned n, const CanFrame& frame, std::uint32_t matched) {
     if (fifo.level == kDepth) {
         const bool overwrites = is_set(registers_[kRxgfc], n == 0 ? 9 : 8);
         fifo.lost = true;
-        interrupts_ |= 4U << shift;
+        state_.interrupts |= 4U << shift;
         if (!overwrites) {
             show_interrupt();
             return;
@@ -107,7 +107,7 @@ void Fdcan::put(unsigned n, const CanFrame& frame, std::uint32_t matched) {
         element[2 + i / 4] |= static_cast<std::uint32_t>(frame.data[i]) << 8U * (i % 4);
     }
     ++fifo.level;
-    interrupts_ |= 1U << shift | (fifo.level == kDepth ? 2U << shift : 0);
+    state_.interrupts |= 1U << shift | (fifo.level == kDepth ? 2U << shift : 0);
     show_interrupt();
 }
 

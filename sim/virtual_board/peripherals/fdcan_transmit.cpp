@@ -19,12 +19,12 @@ Ticks frame_time(const CanFrame& frame, double nominal_hz, double data_hz) {
 
 int Fdcan::next_buffer() const {
     const bool in_order = !is_set(registers_[kTxbc], 24);  // a FIFO sends in the order of requests
-    const auto age = [&](unsigned buffer) { return (buffer + kDepth - put_index_) % kDepth; };
+    const auto age = [&](unsigned buffer) { return (buffer + kDepth - state_.put_index) % kDepth; };
     const auto id = [&](unsigned buffer) { return memory_.words[(kBuffers + kElement * buffer) / 4] & 0x5FFFFFFFU; };
     int best = -1;
     for (unsigned n = 0; n < kDepth; ++n) {
         const auto first = static_cast<unsigned>(best);
-        if (is_set(requests_, n) && (best < 0 || (in_order ? age(n) < age(first) : id(n) < id(first)))) {
+        if (is_set(state_.requests, n) && (best < 0 || (in_order ? age(n) < age(first) : id(n) < id(first)))) {
             best = static_cast<int>(n);
         }
     }
@@ -62,16 +62,16 @@ std::optional<CanFrame> Fdcan::waiting() const {
     return frame;
 }
 
-void Fdcan::win_arbitration() { sending_ = next_buffer(); }
+void Fdcan::win_arbitration() { state_.sending = next_buffer(); }
 
 void Fdcan::request(std::uint32_t buffers) {
     for (unsigned n = 0; n < kDepth; ++n) {
         if (!is_set(buffers, n)) {
             continue;
         }
-        fail_if(is_set(requests_, n), "transmit buffer {} is requested while its last request is pending", n);
-        requests_ |= 1U << n;
-        put_index_ = (n + 1) % kDepth;
+        fail_if(is_set(state_.requests, n), "transmit buffer {} is requested while its last request is pending", n);
+        state_.requests |= 1U << n;
+        state_.put_index = (n + 1) % kDepth;
         registers_.at(kTxbto) &= ~(1U << n);
         registers_.at(kTxbcf) &= ~(1U << n);
     }
@@ -83,14 +83,14 @@ void Fdcan::request(std::uint32_t buffers) {
 void Fdcan::start_loop() {
     const int n = runs() && is_loop() && !looped_.is_due() && !paused_.is_due() ? next_buffer() : -1;
     if (n >= 0) {
-        sending_ = n;
+        state_.sending = n;
         looped_.in(frame_time(frame_in(static_cast<unsigned>(n)), nominal_hz(), data_hz()));
     }
 }
 
 void Fdcan::end_loop() {
-    if (sending_ >= 0) {
-        const CanFrame frame = frame_in(static_cast<unsigned>(sending_));
+    if (state_.sending >= 0) {
+        const CanFrame frame = frame_in(static_cast<unsigned>(state_.sending));
         accept(frame);
         sent(true);
         if (!is_set(registers_[kCccr], kMonitor)) {
@@ -101,16 +101,16 @@ void Fdcan::end_loop() {
 }
 
 void Fdcan::count_send_error(int change) {
-    send_errors_ = std::max(0, send_errors_ + change);
-    if (send_errors_ >= kOffAt) {
-        bus_off_ = true;
-        send_errors_ = 0;
+    state_.send_errors = std::max(0, state_.send_errors + change);
+    if (state_.send_errors >= kOffAt) {
+        state_.bus_off = true;
+        state_.send_errors = 0;
         registers_.at(kCccr) |= 1U << kInit;
-        interrupts_ |= 1U << kBusOff;
-    } else if (change > 0 && send_errors_ >= kPassiveAt) {
-        interrupts_ |= 1U << kErrorPassive;
-    } else if (change > 0 && send_errors_ >= kWarningAt) {
-        interrupts_ |= 1U << kWarning;
+        state_.interrupts |= 1U << kBusOff;
+    } else if (change > 0 && state_.send_errors >= kPassiveAt) {
+        state_.interrupts |= 1U << kErrorPassive;
+    } else if (change > 0 && state_.send_errors >= kWarningAt) {
+        state_.interrupts |= 1U << kWarning;
     }
     show_interrupt();
 }
@@ -118,54 +118,54 @@ void Fdcan::count_send_error(int change) {
 /// A transmission failed: it is repeated, unless software cancelled it or disabled retransmission.
 void Fdcan::give_up(unsigned buffer) {
     const bool once = is_set(registers_[kCccr], kNoRetransmission);
-    cancel(std::exchange(cancelling_, 0U) | (once ? 1U << buffer : 0U));
+    cancel(std::exchange(state_.cancelling, 0U) | (once ? 1U << buffer : 0U));
 }
 
 void Fdcan::sent(bool acknowledged) {
-    const int n = std::exchange(sending_, -1);
-    if (n < 0 || !is_set(requests_, static_cast<unsigned>(n))) {
+    const int n = std::exchange(state_.sending, -1);
+    if (n < 0 || !is_set(state_.requests, static_cast<unsigned>(n))) {
         return;
     }
     if (!acknowledged) {
         give_up(static_cast<unsigned>(n));
-        last_error_ = 3;
-        if (send_errors_ < kPassiveAt) {  // an error-passive node does not count missing acknowledges
+        state_.last_error = 3;
+        if (state_.send_errors < kPassiveAt) {  // an error-passive node does not count missing acknowledges
             count_send_error(8);
         }
         return;
     }
     const std::uint32_t buffer = 1U << n;
-    requests_ &= ~buffer;
+    state_.requests &= ~buffer;
     registers_.at(kTxbto) |= buffer;
-    registers_.at(kTxbcf) |= std::exchange(cancelling_, 0U);  // sent although cancelled meanwhile: both flags
-    interrupts_ |= flag((registers_[kTxbtie] & buffer) != 0, kTransmitted) | flag(requests_ == 0, kQueueEmpty);
+    registers_.at(kTxbcf) |= std::exchange(state_.cancelling, 0U);  // sent although cancelled meanwhile: both flags
+    state_.interrupts |= flag((registers_[kTxbtie] & buffer) != 0, kTransmitted) | flag(state_.requests == 0, kQueueEmpty);
     store_event(static_cast<unsigned>(n));
     if (is_set(registers_[kCccr], kPause)) {
         paused_.in(ticks(2 / nominal_hz()));
     }
-    last_error_ = 0;
+    state_.last_error = 0;
     count_send_error(-1);
 }
 
 /// Ends requests that are not on the bus.
 void Fdcan::cancel(std::uint32_t buffers) {
-    const std::uint32_t ended = buffers & requests_;
-    requests_ &= ~ended;
+    const std::uint32_t ended = buffers & state_.requests;
+    state_.requests &= ~ended;
     registers_.at(kTxbcf) |= ended;
-    interrupts_ |= flag((registers_[kTxbcie] & ended) != 0, kCancelled);
+    state_.interrupts |= flag((registers_[kTxbcie] & ended) != 0, kCancelled);
 }
 
 void Fdcan::bus_error(bool while_sending) {
     if (while_sending) {
-        const int n = std::exchange(sending_, -1);
+        const int n = std::exchange(state_.sending, -1);
         give_up(static_cast<unsigned>(std::max(n, 0)));
     }
-    last_error_ = 2;
-    interrupts_ |= 1U << kProtocolError;
+    state_.last_error = 2;
+    state_.interrupts |= 1U << kProtocolError;
     if (while_sending) {
         count_send_error(8);
     } else {
-        receive_errors_ = std::min(receive_errors_ + 1, 127);
+        state_.receive_errors = std::min(state_.receive_errors + 1, 127);
     }
     show_interrupt();
 }
@@ -178,14 +178,14 @@ void Fdcan::store_event(unsigned buffer) {
     }
     if (events_.level == kDepth) {
         events_.lost = true;
-        interrupts_ |= 4U << kNewEvent;
+        state_.interrupts |= 4U << kNewEvent;
         return;
     }
     std::uint32_t* event = memory_.words.data() + (events_.base + kEventBytes * ((events_.get + events_.level) % kDepth)) / 4;
     event[0] = element[0];
-    event[1] = (element[1] & 0xFF3F0000U) | (cancelling_ != 0 ? 2U : 1U) << 22U;
+    event[1] = (element[1] & 0xFF3F0000U) | (state_.cancelling != 0 ? 2U : 1U) << 22U;
     ++events_.level;
-    interrupts_ |= 1U << kNewEvent | (events_.level == kDepth ? 2U << kNewEvent : 0U);
+    state_.interrupts |= 1U << kNewEvent | (events_.level == kDepth ? 2U << kNewEvent : 0U);
 }
 
 }  // namespace tricoil::virtual_board

@@ -8,6 +8,7 @@ namespace tricoil::virtual_board {
 namespace flash {
 
 constexpr std::uint32_t kKeyr = 0x08;
+constexpr std::uint32_t kOptKeyr = 0x0C;
 constexpr std::uint32_t kSr = 0x10;
 constexpr std::uint32_t kCr = 0x14;
 constexpr std::uint32_t kEccr = 0x18;
@@ -29,6 +30,7 @@ constexpr unsigned kErasePage = 1;
 constexpr unsigned kBank2 = 11;
 constexpr unsigned kEraseBank2 = 15;  // MER2
 constexpr unsigned kStart = 16;
+constexpr unsigned kFast = 18;            // FSTPG
 constexpr unsigned kEndInterrupt = 24;    // EOPIE; without it EOP is not set either
 constexpr unsigned kErrorInterrupt = 25;  // ERRIE; without it OPERR is not set either. RDERRIE: no area is read-protected
 constexpr unsigned kOptionLock = 30;
@@ -44,9 +46,9 @@ Flash::Flash(Machine& machine)
           {{kAcr, 0x00040600, "ACR", 0x45F0F, "RUN_PD@13"},
            {0x04, 0, "PDKEYR", 0, "PDKEYR@0-31"},
            {flash::kKeyr, 0, "KEYR", kAllBits},
-           {0x0C, 0, "OPTKEYR", 0, "OPTKEYR@0-31"},
+           {flash::kOptKeyr, 0, "OPTKEYR", kAllBits},
            {flash::kSr, 0, "SR", kAllBits},
-           {flash::kCr, 0xC0000000, "CR", 0xC7018BFB, "MER1@2 OPTSTRT@17 FSTPG@18 OBL_LAUNCH@27 SEC_PROT1@28 SEC_PROT2@29"},
+           {flash::kCr, 0xC0000000, "CR", 0xC7058BFB, "MER1@2 OPTSTRT@17 OBL_LAUNCH@27 SEC_PROT1@28 SEC_PROT2@29"},
            {flash::kEccr, 0, "ECCR", 0xC0FFFFFF, "ECCCIE@24 ECCC2@28 ECCD2@29"},
            {flash::kOptr, Memory::kUserOptions, "OPTR", 0, "OPTR@0-31"},  // option bytes: factory values, read-only
            {0x24, 0xFFFFFFFF, "PCROP1SR", 0, "PCROP1_STRT@0-14"},
@@ -64,7 +66,15 @@ Flash::Flash(Machine& machine)
       data_pages_{Bank{*this, true, Memory::kDataPages[0].offset}, Bank{*this, true, Memory::kDataPages[1].offset}},
       finish_(machine.events, [this] { finish(); }),
       interrupt_(machine.events, [this] { std::exchange(on_interrupted_, {})(); }),
-      content_(Memory::kBankBytes, 0xFF) {}
+      content_(Memory::kBankBytes, 0xFF) {
+    machine_.cpu.on_flash_write = [this](std::uint32_t offset, std::uint32_t value) {
+        const bool programs = !is_locked() && (registers_[flash::kCr] & (1U << flash::kProgram | 1U << flash::kFast)) != 0;
+        if (programs) {
+            write_bank(true, offset, value);
+        }
+        return programs;
+    };
+}
 
 bool Flash::is_locked() const { return is_set(registers_[flash::kCr], flash::kLock); }
 
@@ -72,8 +82,9 @@ void Flash::reset() {
     lose_power();  // a reset damages an operation in progress like a power failure
     registers_.reset();
     registers_.at(flash::kOptr) = options_;
-    first_word_.reset();
+    words_.clear();
     keys_ = 0;
+    option_keys_ = 0;
 }
 
 void Flash::set_options(std::uint32_t options) {
@@ -90,11 +101,11 @@ void Flash::exchange_banks(bool exchanged) {
     exchanged_ = exchanged;
     std::ranges::swap_ranges(machine_.memory.flash, content_);
     std::swap(damaged_[0], damaged_[1]);
-    machine_.cpu.forget_flash();
+    machine_.cpu.forget_flash(0, Memory::kBankBytes);
 }
 
-void Flash::check_banks() const {
-    fail_if(!is_set(options_, flash::kDualBank),
+void Flash::check_bank(bool runs) const {
+    fail_if(!runs && !is_set(options_, flash::kDualBank),
             "bank 2 is accessed, but option DBANK makes the flash one bank, which is not in this model");
 }
 
@@ -120,16 +131,28 @@ void Flash::begin(Operation operation, double duration_s) {
     }
     ++operations_;
     on_operation();
+    if (operation_->runs && holds_code(operation_->offset)) {
+        machine_.cpu.wait(ticks(duration_s));
+    }
+}
+
+bool Flash::holds_code(std::uint32_t offset) const {
+    const auto holds = [offset](const auto& part) { return offset - part.offset < part.bytes; };
+    return !has_data_pages_ || std::ranges::none_of(Memory::kDataPages, holds);
 }
 
 void Flash::finish() {
     const Operation done = *std::exchange(operation_, std::nullopt);
-    if (done.words) {
-        std::memcpy(content_of(done.runs).data() + done.offset, done.words->data(), sizeof *done.words);
+    if (!done.words.empty()) {
+        std::memcpy(content_of(done.runs).data() + done.offset, done.words.data(), 4 * done.words.size());
     } else {
         auto& damaged = damaged_of(done.runs);
         std::fill_n(content_of(done.runs).begin() + done.offset, done.erased, 0xFF);
         damaged.erase(damaged.lower_bound(done.offset), damaged.lower_bound(done.offset + done.erased));
+    }
+    if (done.runs && holds_code(done.offset)) {
+        machine_.cpu.forget_flash(done.offset,
+                                  done.words.empty() ? done.erased : static_cast<std::uint32_t>(4 * done.words.size()));
     }
     registers_.at(flash::kSr) &= ~(1U << flash::kBusy);
     registers_.at(flash::kSr) |= flag(is_set(registers_[flash::kCr], flash::kEndInterrupt), flash::kEndOfOperation);
@@ -151,8 +174,10 @@ void Flash::lose_power() {
     finish_.cancel();
     interrupt_.cancel();
     auto& damaged = damaged_of(cut.runs);
-    if (cut.words) {
-        damaged.insert(cut.offset);
+    if (!cut.words.empty()) {
+        for (std::uint32_t at = 0; at < 4 * cut.words.size(); at += 8) {
+            damaged.insert(cut.offset + at);
+        }
         return;
     }
     for (std::uint32_t at = cut.offset; at < cut.offset + cut.erased; at += 16) {  // one double-word erased, the next one damaged
@@ -162,9 +187,7 @@ void Flash::lose_power() {
 }
 
 std::uint32_t Flash::read_bank(bool runs, std::uint32_t offset) {
-    if (!runs) {
-        check_banks();
-    }
+    check_bank(runs);
     fail_if(operation_ && operation_->runs == runs, "a bank is read while it is erased or programmed");
     std::uint32_t word = 0;
     std::memcpy(&word, content_of(runs).data() + offset, sizeof word);
@@ -187,29 +210,33 @@ void Flash::report_damage(std::uint32_t double_word) {
 }
 
 void Flash::write_bank(bool runs, std::uint32_t offset, std::uint32_t value) {
-    if (!runs) {
-        check_banks();
-    }
+    check_bank(runs);
     const std::uint32_t place = offset + (runs ? 0 : Memory::kBankBytes);
-    fail_if(is_locked() || !is_set(registers_[flash::kCr], flash::kProgram), "store to flash without unlocking and PG");
+    const bool fast = is_set(registers_[flash::kCr], flash::kFast);
+    fail_if(is_locked() || (!fast && !is_set(registers_[flash::kCr], flash::kProgram)),
+            "store to flash without unlocking and PG");
     fail_if(operation_.has_value(), "the flash is written while it is erased or programmed");
-    if (!first_word_) {
-        if ((offset & 7U) != 0) {
-            error(flash::kAlignmentError);
-            return;
-        }
-        first_word_ = {place, value};
-        return;
+    const std::uint32_t bytes = fast ? kRowBytes : 8;
+    if (words_.empty()) {
+        first_place_ = place;
     }
-    const auto [first_place, first_value] = *std::exchange(first_word_, std::nullopt);
-    if (place != first_place + 4) {
+    const auto written = static_cast<std::uint32_t>(4 * words_.size());
+    if (first_place_ % bytes != 0 || place != first_place_ + written) {
+        words_.clear();
         error(flash::kAlignmentError);
         return;
     }
-    const std::uint32_t first_offset = offset - 4;
-    const auto old = std::span(content_of(runs)).subspan(first_offset, 8);
-    const bool erased = std::all_of(old.begin(), old.end(), [](std::uint8_t byte) { return byte == 0xFF; });
-    if (damaged_of(runs).contains(first_offset) || (!erased && (first_value | value) != 0)) {
+    words_.push_back(value);
+    if (written + 4 < bytes) {
+        return;
+    }
+    const std::vector<std::uint32_t> words = std::exchange(words_, {});
+    const std::uint32_t first = offset - written;
+    const auto old = std::span(content_of(runs)).subspan(first, bytes);
+    const bool erased = std::ranges::all_of(old, [](std::uint8_t byte) { return byte == 0xFF; });
+    const bool clears = std::ranges::all_of(words, [](std::uint32_t word) { return word == 0; });
+    const auto& damaged = damaged_of(runs);
+    if (damaged.lower_bound(first) != damaged.lower_bound(first + bytes) || (!erased && !clears)) {
         error(flash::kProgramError);
         return;
     }
@@ -217,16 +244,15 @@ void Flash::write_bank(bool runs, std::uint32_t offset, std::uint32_t value) {
         error(flash::kSequenceError);
         return;
     }
-    begin({runs, first_offset, {{first_value, value}}}, kProgramS);
+    begin({runs, first, words}, fast ? kProgramRowS : kProgramS);
 }
 
-void Flash::unlock(std::uint32_t key) {
-    constexpr std::array<std::uint32_t, 2> kKeys{0x45670123, 0xCDEF89AB};
-    fail_if(keys_ > 1 || !is_locked() || key != kKeys[static_cast<std::size_t>(keys_)],
+void Flash::unlock(std::uint32_t key, int& keys, std::array<std::uint32_t, 2> right, unsigned lock) {
+    fail_if(keys > 1 || !is_set(registers_[flash::kCr], lock) || key != right[static_cast<std::size_t>(keys)],
             "wrong key: the flash stays locked until the next reset");
-    if (++keys_ == 2) {
-        keys_ = 0;
-        registers_.at(flash::kCr) &= ~(1U << flash::kLock);
+    if (++keys == 2) {
+        keys = 0;
+        registers_.at(flash::kCr) &= ~(1U << lock);
     }
 }
 
@@ -245,21 +271,22 @@ void Flash::control(std::uint32_t value) {
     }
     if (is_set(value, flash::kEraseBank2)) {
         fail_if(exchanged_, "erase of bank 2, which holds the running code");
-        begin({false, 0, std::nullopt, Memory::kBankBytes}, kEraseS);
+        begin({false, 0, {}, Memory::kBankBytes}, kEraseS);
         return;
     }
     const std::uint32_t page = field(value, 3, 7) * kPageBytes;
     const bool runs = is_set(value, flash::kBank2) == exchanged_;  // BKER names the bank itself (ST's HAL for the STM32G4)
-    const bool has_data =
-        std::ranges::any_of(Memory::kDataPages, [&](const auto& part) { return page - part.offset < part.bytes; });
-    fail_if(runs && !has_data, "erase of a page of the bank that runs, which may hold the running code");
-    begin({runs, page, std::nullopt}, kEraseS);
+    fail_if(runs && has_data_pages_ && holds_code(page), "erase of a page of the running code of a tracker board");
+    begin({runs, page, {}}, kEraseS);
 }
 
 void Flash::apply(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
         case flash::kKeyr:
-            unlock(value);
+            unlock(value, keys_, {0x45670123, 0xCDEF89AB}, flash::kLock);
+            break;
+        case flash::kOptKeyr:
+            unlock(value, option_keys_, {0x08192A3B, 0x4C5D6E7F}, flash::kOptionLock);
             break;
         case flash::kSr:
             registers_.at(flash::kSr) &= ~(value & (flash::kErrors | 1U));

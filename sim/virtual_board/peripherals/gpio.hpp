@@ -91,22 +91,8 @@ private:
     static constexpr std::uint32_t kReset = 0x28;
     static constexpr unsigned kLockKey = 16;
     static constexpr unsigned kLockSteps = 3;  // writes of the key: 1, 0, 1, with the same pins
-    /// Bits of a pin in a configuration register; 0: the register has none, or the lock does not include it.
-    static unsigned bits_of_a_pin(std::uint32_t offset) {
-        switch (offset) {
-            case 0x00:
-            case 0x08:
-            case kPulls:
-                return 2;
-            case kTypes:
-                return 1;
-            case 0x20:
-            case kHighFunctions:
-                return 4;
-            default:
-                return 0;
-        }
-    }
+    /// Bits of a pin in each configuration register; 0: the lock does not include the register.
+    static constexpr std::array<unsigned, 11> kBitsOfAPin{2, 1, 2, 2, 0, 0, 0, 0, 4, 4, 0};
 
     void apply(std::uint32_t offset, std::uint32_t value) override {
         switch (offset) {
@@ -141,7 +127,7 @@ private:
         locked_ = lock_step_ == kLockSteps ? lock_written_ : 0;
     }
     void check_lock(std::uint32_t offset, std::uint32_t value) const {
-        const unsigned width = bits_of_a_pin(offset);
+        const unsigned width = kBitsOfAPin.at(offset / 4);
         const std::uint32_t changed = value ^ registers_[offset];
         for (unsigned bit = 0; bit < 32 && width != 0; ++bit) {
             const unsigned pin = bit / width + (offset == kHighFunctions ? 8 : 0);

@@ -64,14 +64,9 @@ public:
     void set_standby_flag() { status_ |= 1U << kStandbyFlag; }
 
     std::uint32_t read(std::uint32_t offset) override {
-        switch (offset) {
-            case kSr1:
-                return status_;
-            case kSr2:
-                return flag(settled_.is_due(), kVoltageChanges) | flag(range() == Range::low_power_run, kLowPowerRegulator);
-            default:
-                return registers_.at(offset);
-        }
+        const std::uint32_t regulator =
+            flag(settled_.is_due(), kVoltageChanges) | flag(range() == Range::low_power_run, kLowPowerRegulator);
+        return offset == kSr1 ? status_ : offset == kSr2 ? regulator : registers_.at(offset);
     }
     void reset() override {
         registers_.reset();

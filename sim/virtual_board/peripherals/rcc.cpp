@@ -11,6 +11,8 @@ constexpr std::uint32_t kCicr = 0x20;
 constexpr std::uint32_t kFirstReset = 0x28;
 constexpr std::uint32_t kLastReset = 0x40;
 constexpr std::uint32_t kEnablesFromResets = 0x20;
+constexpr std::uint32_t kFirstInSleep = 0x68;  // AHB1SMENR
+constexpr std::uint32_t kLastInSleep = 0x80;
 constexpr std::uint32_t kBdcr = 0x90;
 constexpr std::uint32_t kCrrcr = 0x98;
 
@@ -28,6 +30,7 @@ constexpr unsigned kBackupReset = 16;
 constexpr double kHsiHz = 16e6;
 constexpr double kHseHz = 24e6;  // the Nucleo's crystals
 constexpr double kLseHz = 32'768;
+constexpr double kLsiHz = 32e3;
 constexpr double kCrystalStartS = 2e-3;  // DS12288, start-up times: HSE, LSE, LSI, HSI48, and PLL lock time
 constexpr double kWatchCrystalStartS = 2;
 constexpr double kSlowStartS = 130e-6;
@@ -44,8 +47,6 @@ namespace {
 
 enum Source : std::uint32_t { from_hsi = 1, from_hse = 2, from_pll = 3 };
 
-/// Registers with their modelled bits. Enables of clocks in sleep mode: only the reset value is modelled, with which no clock
-/// stops.
 std::vector<Register> rcc_registers() {
     return {
         {0x00, 0x500, "CR", 0x030B0700, "HSEBYP@18"},
@@ -67,12 +68,12 @@ std::vector<Register> rcc_registers() {
         {0x58, 0x400, "APB1ENR1", kAllBits},
         {0x5C, 0, "APB1ENR2", kAllBits},
         {0x60, 0, "APB2ENR", kAllBits},
-        {0x68, 0x130F, "AHB1SMENR", 0, "clock_off_in_sleep_mode@0-31"},
-        {0x6C, 0x050F667F, "AHB2SMENR", 0, "clock_off_in_sleep_mode@0-31"},
-        {0x70, 0x101, "AHB3SMENR", 0, "clock_off_in_sleep_mode@0-31"},
-        {0x78, 0xD2FECD3F, "APB1SMENR1", 0, "clock_off_in_sleep_mode@0-31"},
-        {0x7C, 0x103, "APB1SMENR2", 0, "clock_off_in_sleep_mode@0-31"},
-        {0x80, 0x0437F801, "APB2SMENR", 0, "clock_off_in_sleep_mode@0-31"},
+        {0x68, 0x130F, "AHB1SMENR", kAllBits},
+        {0x6C, 0x050F667F, "AHB2SMENR", kAllBits},
+        {0x70, 0x101, "AHB3SMENR", kAllBits},
+        {0x78, 0xD2FECD3F, "APB1SMENR1", kAllBits},
+        {0x7C, 0x103, "APB1SMENR2", kAllBits},
+        {0x80, 0x0437F801, "APB2SMENR", kAllBits},
         {0x88, 0, "CCIPR", 0xFF000FFF, "I2C1SEL@12-13 I2C2SEL@14-15 I2C3SEL@16-17 LPTIM1SEL@18-19 SAI1SEL@20-21 I2S23SEL@22-23"},
         {0x90, 0, "BDCR", 0x0001001B, "LSEBYP@2 LSECSSON@5 LSECSSD@6 RTCSEL@8-9 RTCEN@15 LSCOEN@24 LSCOSEL@25"},
         {0x94, 0, "CSR", 0xFF800003},
@@ -185,6 +186,13 @@ Ticks Rcc::serial_ticks(unsigned position, Apb bus) const {
     return ticks_of_cycle(
         selected(position, {apb_hz(bus), system_hz(), is_set(registers_[rcc::kCr], rcc::kHsiOn) ? rcc::kHsiHz : 0,
                             is_set(registers_[rcc::kBdcr], 1) ? rcc::kLseHz : 0}));
+}
+
+Ticks Rcc::capture_ticks(unsigned input) const {
+    const double lse_hz = is_set(registers_[rcc::kBdcr], 1) ? rcc::kLseHz : 0;
+    const double lsi_hz = is_set(registers_[kCsr], 1) ? rcc::kLsiHz : 0;
+    const double hz = std::array{0.0, -1.0, -1.0, crystal_hz() / 32, -1.0, lse_hz, lsi_hz, -1.0}[input];
+    return hz < 0 ? -1 : ticks_of_cycle(hz);
 }
 
 double Rcc::fdcan_hz() const { return selected(24, {crystal_hz(), pll_hz(PllOutput::q), apb_hz(Apb::one), 0}); }
@@ -304,14 +312,8 @@ void Rcc::break_crystal() {
 }
 
 std::uint32_t Rcc::read(std::uint32_t offset) {
-    switch (offset) {
-        case rcc::kCifr:
-            return flag(security_interrupt_, rcc::kSecurityFlag) | ready_interrupts_;
-        case kCsr:
-            return registers_[kCsr] | causes_;
-        default:
-            return registers_.at(offset);
-    }
+    const std::uint32_t flags = flag(security_interrupt_, rcc::kSecurityFlag) | ready_interrupts_;
+    return offset == rcc::kCifr ? flags : registers_.at(offset) | (offset == kCsr ? causes_ : 0);
 }
 
 void Rcc::apply(std::uint32_t offset, std::uint32_t value) {
@@ -346,9 +348,13 @@ void Rcc::apply(std::uint32_t offset, std::uint32_t value) {
             registers_.at(rcc::kCrrcr) = (registers_[rcc::kCrrcr] & 2U) | (value & 1U);
             start_oscillator(rcc::kCrrcr, 0, hsi48_ready_, rcc::kHsi48StartS);
             break;
-        default:
+        default: {
+            const bool stops = (registers_.at(offset) & ~value) != 0;
             registers_.at(offset) = value;
             show_interrupt();
+            doubt_if(stops && offset >= rcc::kFirstInSleep && offset <= rcc::kLastInSleep,
+                     "a clock is switched off in sleep mode (SMENR), where no clock stops in this model");
+        }
     }
 }
 

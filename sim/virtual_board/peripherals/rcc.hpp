@@ -32,6 +32,8 @@ public:
     [[nodiscard]] Ticks timer_ticks(Apb bus) const;
     /// Ticks per cycle of the clock that the field of CCIPR at `position` selects for a serial port; 0: off.
     [[nodiscard]] Ticks serial_ticks(unsigned position, Apb bus) const;
+    /// Clock at input 1 of TIM16 and TIM17, by TISEL.TI1SEL: 0 if it is still, negative if it is not in this model.
+    [[nodiscard]] Ticks capture_ticks(unsigned input) const;
     [[nodiscard]] double fdcan_hz() const;
     /// Asynchronous clock of the converters that the field of CCIPR at `position` selects; 0: none.
     [[nodiscard]] double adc_hz(unsigned position) const;

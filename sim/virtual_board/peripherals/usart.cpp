@@ -61,11 +61,11 @@ namespace {
 
 std::vector<Register> usart_registers() {
     return {{usart::kCr1, 0, "CR1", 0xF00097FF, "WAKE@11 MME@13 CMIE@14 DEDT@16-20 DEAT@21-25 RTOIE@26 EOBIE@27"},
-            {usart::kCr2, 0, "CR2", 0x3000,
-             "SLVEN@0 DIS_NSS@3 ADDM7@4 LBDL@5 LBDIE@6 LBCL@8 CPHA@9 CPOL@10 CLKEN@11 LINEN@14 SWAP@15 RXINV@16 TXINV@17 "
+            {usart::kCr2, 0, "CR2", 0x3700,
+             "SLVEN@0 DIS_NSS@3 ADDM7@4 LBDL@5 LBDIE@6 CLKEN@11 LINEN@14 SWAP@15 RXINV@16 TXINV@17 "
              "DATAINV@18 MSBFIRST@19 ABREN@20 ABRMOD@21-22 RTOEN@23 ADD@24-31"},
-            {usart::kCr3, 0, "CR3", 0xFEF018C1,
-             "IREN@1 IRLP@2 HDSEL@3 NACK@4 SCEN@5 RTSE@8 CTSE@9 CTSIE@10 DDRE@13 DEM@14 DEP@15 SCARCNT@17-19 "
+            {usart::kCr3, 0, "CR3", 0xFEF01FC1,
+             "IREN@1 IRLP@2 HDSEL@3 NACK@4 SCEN@5 DDRE@13 DEM@14 DEP@15 SCARCNT@17-19 "
              "TCBGTIE@24"},
             {usart::kBrr, 0, "BRR", 0xFFFFF},
             {0x10, 0, "GTPR", 0, "PSC@0-7 GT@8-15"},
@@ -325,15 +325,8 @@ void Usart::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned byt
 
 void Usart::reset() {
     registers_.reset();
-    outgoing_.clear();
-    incoming_.clear();
-    sent_.cancel();
-    idle_.cancel();
-    overrun_ = false;
-    framing_ = false;
-    idle_flag_ = false;
-    wake_up_ = false;
-    complete_ = true;
+    clear_flags(kAllBits);
+    control(0);
     show_interrupt();
 }
 

@@ -1,4 +1,5 @@
-// Universal asynchronous receiver/transmitter (RM0440 sections 37 and 38), with its FIFOs of 8 bytes.
+// Universal asynchronous receiver/transmitter (RM0440 sections 37 and 38), with its FIFOs of 8 bytes. The other end
+// of the line is always ready (CTS), and does not wait (RTS).
 #pragma once
 
 #include <deque>

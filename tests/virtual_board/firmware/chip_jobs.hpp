@@ -31,6 +31,7 @@ enum class ChipJob : std::uint32_t {
     units_off,       // settings that the chip accepts while they have no effect
     divide_by_zero,  // without and with CCR.DIV_0_TRP
     read_unaligned,  // without and with CCR.UNALIGN_TRP
+    flash_running,   // erases and programs the bank that runs; records cycles and words
 };
 
 }  // namespace tricoil::test

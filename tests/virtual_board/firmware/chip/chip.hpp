@@ -50,6 +50,7 @@ void standby();
 void units();
 void dac_software();
 void flash_error();
+void flash_running();
 void bit_band();
 void code_in_ram();
 void units_off();

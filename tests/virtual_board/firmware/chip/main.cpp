@@ -26,10 +26,11 @@ constexpr Word kUsart2 = 0x40004400;
 constexpr Word kAdc1 = 0x50000000;
 
 void run() {
-    static constexpr void (*kJobs[])() = {clocks,       serial_fifo, serial_dma,   can_queue, can_loop,       adc_interrupt,
-                                          adc_sequence, flash_bank,  option_bytes, watchdog,  button,         tick,
-                                          dma_channels, timers,      stop,         standby,   units,          dac_software,
-                                          flash_error,  bit_band,    code_in_ram,  units_off, divide_by_zero, read_unaligned};
+    static constexpr void (*kJobs[])() = {clocks,        serial_fifo,  serial_dma,     can_queue,      can_loop,
+                                          adc_interrupt, adc_sequence, flash_bank,     option_bytes,   watchdog,
+                                          button,        tick,         dma_channels,   timers,         stop,
+                                          standby,       units,        dac_software,   flash_error,    bit_band,
+                                          code_in_ram,   units_off,    divide_by_zero, read_unaligned, flash_running};
     kJobs[static_cast<Word>(job())]();
 }
 

@@ -110,6 +110,45 @@ void flash_error() {
     note(ticks);
 }
 
+/// Page 32 of the bank that runs, with code that is replaced. At last a double-word that is not erased.
+void flash_running() {
+    constexpr Word kPage = 0x08010000;
+    at(kFlash + 0x08) = 0x45670123;
+    at(kFlash + 0x08) = 0xCDEF89AB;
+    clear(kFlash, 1U << 10U);
+    at(0xE000EDFC) = 1U << 24U;
+    at(0xE0001000) = 1;
+    const auto erase = [] {
+        at(kFlash + 0x14) = 1U << 1U | 32U << 3U;
+        set(kFlash + 0x14, 1U << 16U);
+        wait_for(kFlash + 0x10, 1U << 16U, 0);
+        at(kFlash + 0x14) = 1;
+    };
+    const auto program = [](Word place, Word first, Word second) {
+        at(place) = first;
+        at(place + 4) = second;
+        wait_for(kFlash + 0x10, 1U << 16U, 0);
+    };
+    Word begin = at(0xE0001004);
+    erase();
+    note(at(0xE0001004) - begin);
+    begin = at(0xE0001004);
+    program(kPage, 0x11223344, 0x55667788);
+    note(at(0xE0001004) - begin);
+    note(at(kPage));
+    note(at(kPage + 4));
+    note(at(kPage + 8));
+    note(at(kPage + 0x800));
+    for (Word value = 7; value > 3; value -= 2) {
+        program(kPage + 0x10, 0x47702000U | value, 0);  // movs r0, #value; bx lr
+        note(reinterpret_cast<Word (*)()>(kPage + 0x11)());
+        erase();
+    }
+    program(kPage, 0x11223344, 0);
+    program(kPage, 1, 2);  // not erased: PROGERR
+    note(at(kPage));
+}
+
 namespace {
 
 constexpr Word kRamBits = 0x22000000;
