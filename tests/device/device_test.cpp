@@ -285,9 +285,10 @@ TEST_F(Device, TakesRealTimePriorityAndLocksItsMemoryWhereAllowed) {
     }
     test::shell("chmod 777 /run");
     std::filesystem::remove("/run/poses.csv");
+    std::filesystem::copy_file(kTricoil, "/run/tricoil");  // nobody may be locked out of the build folder
     Program nobody(
-        "setpriv --reuid 65534 --regid 65534 --clear-groups --bounding-set=-all sh -c 'ulimit -l 64; ulimit -r 0; exec " +
-        kTricoil +
+        "setpriv --reuid 65534 --regid 65534 --clear-groups --bounding-set=-all sh -c 'ulimit -l 64; ulimit -r 0; exec "
+        "/run/tricoil"
         " run --json --config /run/board.toml --duration 1 --out /run/poses.csv' >/run/tricoil.out 2>/run/tricoil.err");
     EXPECT_EQ(nobody.wait(), 0) << complaints();
     EXPECT_EQ(summary()["memory_locked"], false);

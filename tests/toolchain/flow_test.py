@@ -144,7 +144,7 @@ printf '100%% tests passed, 0 tests failed out of 5\\n\\nTotal Test time (real) 
 
 
 class Test(FakeMachine):
-    QUICK = ["install test", "format", "build host-release", "ctest host-release", "build nucleo-g474re", "ctest nucleo-g474re", "budgets nucleo-g474re",
+    QUICK = ["install test-build", "build host-release", "format", "ctest host-release", "build nucleo-g474re", "ctest nucleo-g474re", "budgets nucleo-g474re",
              "ctest host-release"]
 
     def setUp(self):
@@ -162,14 +162,28 @@ class Test(FakeMachine):
         self.replace(script, f'echo "{name} $*" >>"$CALLS"\n[[ " $* " != *" ${{{variable}:-nothing}} "* ]] || exit {status}')
 
     def parts(self):
-        """The calls, of ctest only the preset."""
-        return [" ".join(line.split()[:3:2]) if line.startswith("ctest") else line for line in self.log_of_calls()]
+        """The calls, of ctest only the preset; without the installation beside the host's build."""
+        return [" ".join(line.split()[:3:2]) if line.startswith("ctest") else line for line in self.log_of_calls() if line != "install test"]
 
     def test_default_set(self):
         done = self.run_script("test")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.parts(), self.QUICK)
         self.assertEqual(done.stdout.splitlines()[-1], "100% tests passed, 0 tests failed out of 15")
+
+    def test_programs_of_tests_are_installed_while_the_host_is_built(self):
+        installing, built = self.folder / "installing", self.folder / "built"
+        self.replace("toolchain/install-deps", f'[ $1 != test ] || {{ touch {installing}; while [ ! -e {built} ]; do sleep 0.1; done; echo "install test" >>"$CALLS"; }}')
+        self.replace("toolchain/build", f"while [ ! -e {installing} ]; do sleep 0.1; done; touch {built}")
+        self.replace("id", "echo 0")
+        self.assertEqual(self.run_script("test").returncode, 0)
+        self.assertEqual(self.log_of_calls()[:2], ["install test", "format"])
+
+    def test_programs_of_tests_with_a_password(self):
+        self.replace("id", "echo 1000")
+        self.replace("sudo", "exit 1")
+        self.assertEqual(self.run_script("test").returncode, 0)
+        self.assertEqual(self.log_of_calls()[1:3], ["build host-release", "install test"])
 
     def test_failed_part_hides_no_other(self):
         for environment, named in (({"FAILING": "^quick$"}, "host: quick tests"), ({"OVER": "nucleo-g474re"}, "nucleo-g474re: budgets"),
@@ -195,7 +209,7 @@ class Test(FakeMachine):
     def test_machine_that_lacks_something(self):
         done = self.run_script("test", LACKING="test")
         self.assertEqual((done.returncode, self.parts()), (3, self.QUICK))
-        self.assertEqual(done.stderr.splitlines()[-1], "test: this machine lacks something for: packages")
+        self.assertEqual(done.stderr.splitlines()[-1], "test: this machine lacks something for: packages: programs of tests")
         self.assertEqual(self.run_script("test", LACKING="test", OVER="nucleo-g474re").returncode, 1)
 
     def test_other_parts(self):

@@ -71,6 +71,12 @@ export class CameraView {
     this.camera.updateProjectionMatrix();
   }
 
+  /// Half the height of the picture at a depth of 1 m.
+  get half() { return Math.tan(this.camera.fov * Math.PI / 360); }
+
+  /// Size of a pixel at a depth of 1 m. height: of the picture, pixels.
+  pixel(height) { return 2 * this.half / height; }
+
   /// Fits the source and `points` (m), at once unless `eased`.
   fit(points, eased = false) {
     const corners = [...around([0, 0, 0], kSource_m), ...points.flatMap(p => around(p, kSensor_m))];
@@ -82,7 +88,7 @@ export class CameraView {
     for (let round = 0; round < kRounds; ++round) {
       this.#place(target, direction, distance);
       const {low, high} = this.#bounds(corners);
-      const half = Math.tan(this.camera.fov * Math.PI / 360) * distance;
+      const half = this.half * distance;
       const right = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0), up = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
       const scale = Math.max((high[0] - low[0]) / (free.right - free.left), (high[1] - low[1]) / (free.bottom - free.top)) / kFitted;
       // The middle of the points moves to the middle of the free part.

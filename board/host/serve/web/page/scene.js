@@ -124,9 +124,10 @@ export class Scene {
 
   draw() {
     this.stale = this.view.goal !== null;
-    for (const view of this.sensors.values()) view.updateTrails(this.background, this.view.camera, this.height);
-    keepLegible(this.scene, this.view.camera, this.height);
-    this.renderer.render(this.scene, this.view.camera);
+    const {camera} = this.view, pixel = this.view.pixel(this.height);
+    for (const view of this.sensors.values()) view.updateTrails(this.background, camera, pixel);
+    keepLegible(this.scene, camera, pixel);
+    this.renderer.render(this.scene, camera);
   }
 
   #resize() {

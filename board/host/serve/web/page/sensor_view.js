@@ -4,7 +4,7 @@ import {BufferAttribute, BufferGeometry, Color, Group, Line, LineDashedMaterial,
 import {drawnFactor, ellipsoidMesh} from './ellipsoid.js';
 import {errorColor, palette} from './palette.js';
 import {nameOf} from './state.js';
-import {Trail} from './trail.js';
+import {RibbonTrail} from './trail.js';
 import {dispose, label, triad} from './triad.js';
 import {TruthView} from './truth_view.js';
 
@@ -14,7 +14,7 @@ export class SensorView {
   constructor(number) {
     this.number = number;
     this.ellipsoid = ellipsoidMesh();
-    this.trail = new Trail();
+    this.trail = new RibbonTrail();
     this.plumb = new Line(
         new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(6), 3)),
         new LineDashedMaterial({dashSize: 0.012, gapSize: 0.012}));
@@ -71,7 +71,7 @@ export class SensorView {
     this.truth.add(pose, errorScale, begins);
   }
 
-  /// background, camera, height: of Trail.update.
+  /// background, camera, pixel: of Trail.update.
   updateTrails(...view) {
     this.trail.update(...view);
     this.truth.tips.update(...view);

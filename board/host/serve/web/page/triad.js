@@ -16,12 +16,12 @@ const kPixels = 96;
 const kLeast_px = 18;  // height of a label: letters of 12 pixels
 const place = new Vector3();
 
-/// Labels that are too small to read are drawn larger. pixels: height of the picture.
-export function keepLegible(object, camera, pixels) {
+/// Labels that are too small to read are drawn larger. pixel: size of a pixel at a distance of 1 m.
+export function keepLegible(object, camera, pixel) {
   object.traverse(part => {
     if (!part.isSprite) return;
     const {height} = part.userData;
-    const shown = height * pixels / (2 * Math.tan(camera.fov * Math.PI / 360) * part.getWorldPosition(place).distanceTo(camera.position));
+    const shown = height / (pixel * part.getWorldPosition(place).distanceTo(camera.position));
     const drawn = height * Math.max(1, kLeast_px / Math.max(shown, 1e-3));
     part.scale.set(part.scale.x / part.scale.y * drawn, drawn, 1);
   });

@@ -3,7 +3,7 @@
 import {ConeGeometry, CylinderGeometry, Group, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3} from 'three';
 
 import {palette} from './palette.js';
-import {Trail} from './trail.js';
+import {ThinTrail} from './trail.js';
 import {dispose, label, triad} from './triad.js';
 
 const kBody_m = 0.03, kAxes_m = 0.11;  // as those of the sensor
@@ -18,7 +18,7 @@ const kUp = new Vector3(0, 1, 0);
 export class TruthView {
   constructor() {
     this.group = new Group();
-    this.tips = new Trail(true);
+    this.tips = new ThinTrail();
     this.scale = null;  // of the tips
     this.setTheme();
     this.hide();
