@@ -36,7 +36,7 @@ inline void add_predictions(const sim::Motion& motion, ReplayParams params, Pred
             const double ahead_s = PredictionScore::kAhead_s[n];
             const Vec3<double> truth = motion.at(t + ahead_s).position_m;
             auto state = filter.motion();
-            tracking::scaat::propagate(state, filter.intensity(), state.time + microseconds_from_seconds(ahead_s));
+            tracking::scaat::propagate(state, filter.filter_state().intensity, state.time + microseconds_from_seconds(ahead_s));
             score.predicted_m[n].push_back((state.position_m - truth).norm());
             score.with_true_velocity_m[n].push_back((estimate->position_m + ahead_s * velocity_m_s - truth).norm());
         }

@@ -154,19 +154,44 @@ TEST_F(Recorded, PredictionsStateTheirDeviation) {
             if (motions->empty()) {
                 continue;  // the folder has no fast motions
             }
-            const auto measured = play_all(0);  // in TDM it states twice its error on fast motions
+            const auto measured = play_all(0);
             for (const int ahead_ms : {5, 10, 20, 50, 100}) {
                 const auto score = play_all(ahead_ms);
                 std::printf("%s, %s, %3d ms ahead: %.3f mm, stated / actual: position %.2f, rotation %.2f; %zu invalid (%zu)\n",
                             motions == &hands ? "hands" : "fast", tdm ? "TDM" : "FDM", ahead_ms, 1e3 * score.rms_m(),
                             score.ratio(), score.rotation_ratio(), score.invalid, measured.invalid);
                 EXPECT_GT(score.ratio(), 0.8);
-                EXPECT_LT(score.ratio(), ahead_ms > 5 ? 1.3 : std::max(1.3, measured.ratio()));
+                EXPECT_LT(score.ratio(), 1.3);
                 EXPECT_GT(score.rotation_ratio(), 0.8);
                 EXPECT_LT(score.rotation_ratio(), 1.3);
                 EXPECT_LE(score.invalid, measured.invalid);
             }
         }
+    }
+}
+
+/// Stated over actual RMS of each hand with the noise of `tricoil run`. By chance alone, for the RMS of each pose over many
+/// seeds, 2.0 % of the hands in TDM and 0.6 % in FDM are outside 0.75 to 1.35; with seeds 1 to 20 the filter has 1.6 % and 0.8 %.
+TEST_F(Recorded, EveryHandStatesItsError) {
+    constexpr std::uint64_t kSeeds = 4;
+    for (const bool tdm : {true, false}) {
+        std::vector<double> ratios;
+        std::size_t outside = 0;
+        for (const auto& file : files_) {
+            const auto motion = test::recorded_motion(file);
+            for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+                const test::ReplayParams params{tdm, tdm ? 9.167e-7 : 1.0225e-6, seed, 0, motion->duration_s()};
+                ratios.push_back(test::score_predictions<double>(*motion, params, Microseconds{0}).ratio());
+                outside += ratios.back() < 0.75 || ratios.back() > 1.35 ? 1U : 0U;
+            }
+        }
+        std::sort(ratios.begin(), ratios.end());
+        const double median = ratios[ratios.size() / 2];
+        std::printf("%s: stated / actual %.2f to %.2f, median %.3f; %zu of %zu outside 0.75 to 1.35\n", tdm ? "TDM" : "FDM",
+                    ratios.front(), ratios.back(), median, outside, ratios.size());
+        EXPECT_GT(median, 0.9);
+        EXPECT_LT(median, 1.15);
+        EXPECT_LE(outside, ratios.size() * (tdm ? 3 : 2) / 100);
     }
 }
 

@@ -3,7 +3,6 @@
 #include "core/geometry/quaternion_sign.hpp"
 #include "core/linear/cholesky.hpp"
 #include "core/tracking/scaat/column_update.hpp"
-#include "core/tracking/scaat/report.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -81,8 +80,7 @@ bool Smoother::begins_interval(const Step& step) const {
 SmoothedPose Smoother::reported(const Step& step, const tracking::scaat::State<double>& smoothed,
                                 const tracking::AnyTracker& tracker) {
     tracking::PoseEstimate<double> own = step.filtered;  // with the part of the covariance that smoothing reduces
-    own.covariance =
-        tracking::scaat::kCovarianceMargin * step.filter.covariance_factor * step.filter.state.covariance.topLeftCorner<6, 6>();
+    own.covariance = step.filter.covariance;
     tracker.to_source_frame(own);
     SmoothedPose result{step.filtered};
     tracking::PoseEstimate<double>& pose = result.pose;

@@ -103,7 +103,6 @@ public:
         return result;
     }
 
-    /// Forgets all columns.
     void clear() { histories_ = {}; }
 
 private:

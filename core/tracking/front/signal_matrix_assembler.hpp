@@ -73,7 +73,6 @@ public:
     /// The latest column of source coil j (0-2); its state is off if there was none.
     [[nodiscard]] const Column<Scalar>& latest(int j) const { return columns_[static_cast<std::size_t>(j)]; }
 
-    /// Forgets all columns.
     void clear() {
         columns_ = {};
         before_ = {};

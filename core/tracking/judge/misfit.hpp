@@ -22,8 +22,9 @@ template <typename Scalar>
 class Misfit {
 public:
     /// squared: squared misfit, 3 degrees of freedom. expected: variance of a coupling from noise, motion and calibration, in the
-    /// same unit squared; still: the same without motion. gate: chi-square above which the misfit is significant.
-    void add(Scalar squared, Scalar expected, Scalar still, Scalar gate, DeviceTime time) {
+    /// same unit squared; still: the same without motion. gate: chi-square above which the misfit is significant. share: of the
+    /// squared error of this matrix that the pose has; a filter takes only a part of one matrix.
+    void add(Scalar squared, Scalar expected, Scalar still, Scalar gate, DeviceTime time, Scalar share = 1) {
         const Scalar elapsed_s = std::clamp(seconds_as<Scalar>(time - time_), Scalar(0), Scalar(kMaxElapsed_s));
         const bool started_before = started_;
         const Scalar weight = started_before ? elapsed_s / (elapsed_s + Scalar(kMemory_s)) : Scalar(0);
@@ -39,10 +40,10 @@ public:
             held_ = std::max({held_, last_, last});
             quiet_s_ = 0;
         }
-        last_ = last;
-        const bool is_doubtful = 3 * ratio > Scalar(kDoubtfulAbove) && expected > Scalar(kMostlyMotion) * still;
-        doubtful_ = is_doubtful ? squared / 3 : Scalar(0);
-        lasting_ = std::max(mean_ratio_ - Scalar(kChance), Scalar(0)) * expected;
+        last_ = share * last;
+        const Scalar most = Scalar(kMostlyMotion) * still;
+        doubtful_ = 3 * ratio > Scalar(kDoubtfulAbove) && expected > most ? squared / 3 : Scalar(0);
+        lasting_ = std::max(mean_ratio_ - Scalar(kChance), Scalar(0)) * std::min(expected, most);
     }
 
     /// Variance of a coupling that the recent misfit suggests in the directions that a pose explains; zero if it is not
@@ -64,7 +65,7 @@ private:
     static constexpr double kDoubtfulAbove = 9;  // chi-square, 3 degrees of freedom: exceeded once in 34
     static constexpr double kMostlyMotion = 25;  // of the expected variance to that without motion
 
-    Scalar last_ = 0;        // variance of a coupling if the last misfit was significant; else zero
+    Scalar last_ = 0;        // variance of a coupling that the pose has of the last misfit if that was significant; else zero
     Scalar held_ = 0;        // the same, decaying; zero until two in a row were significant
     Scalar lasting_ = 0;     // the same from the mean ratio
     Scalar doubtful_ = 0;    // variance of a coupling of the last misfit if that is doubtful; else zero

@@ -15,9 +15,9 @@ namespace tricoil::tracking {
 template <typename Scalar>
 class QuadratureCheck {
 public:
-    /// Judges the columns of a matrix. strength: k, coupling units. True if they show metal.
+    /// Judges the columns of a matrix. strength: k, coupling units. share: as in Misfit. True if they show metal.
     bool add(const SignalMatrix<Scalar>& matrix, Scalar strength, const ColumnMotion<Scalar>& motion,
-             const CommonParams<Scalar>& params) {
+             const CommonParams<Scalar>& params, Scalar share = 1) {
         if (params.quadrature_floor >= 1) {
             return false;
         }
@@ -25,7 +25,7 @@ public:
         const Scalar still = matrix.quadrature_variance + floor * floor + params.pick_up_sigma * params.pick_up_sigma;
         const Scalar expected = still + motion.quadrature_variance(params.quadrature_lag_s);
         const Scalar squared = matrix.quadrature_squared / 3;  // as the misfit: of three degrees of freedom
-        misfit_.add(squared, expected, still, gate(params), matrix.newest);
+        misfit_.add(squared, expected, still, gate(params), matrix.newest, share);
         return squared > gate(params) * expected;
     }
 

@@ -9,9 +9,37 @@
 namespace tricoil::tracking::scaat {
 
 /// Factor on the reported covariance. Over the recorded motions squared errors are 0.9 to 1.0 of the filter's own covariance, but
-/// one second of motion has only about twenty independent errors. The margin makes the reported covariance rather too large than
-/// too small.
+/// one second of motion has only about twenty independent errors.
 constexpr double kCovarianceMargin = 1.1;
+
+/// Lag of position (m) or attitude (rad) behind an acceleration that the process noise does not follow yet. Corrections without
+/// lag are white; a lag gives them a mean, the share of it that a column corrects. Far from the source, where noise hides it in
+/// single innovations, errors of hands were three stated deviations. Images have no room for it.
+template <typename Scalar>
+struct Lag {
+    void add(auto&&...) {}
+    void cover(auto&&) const {}
+};
+template <>
+struct Lag<double> {
+    Vec3<double> mean = Vec3<double>::Zero();  // of the corrections, over the memory of the filter
+    double variance = 0;                       // of the mean without lag, sum of three axes
+    double share = 1;                          // of a lag that one column corrects
+
+    /// before, after: variance of the state before and after the correction, sum of three axes.
+    void add(const Vec3<double>& correction, double before, double after) {
+        const double now = std::max(1 - after / before, 1e-6);
+        const double weight = std::clamp(now, 0.03, 0.5);
+        mean += weight * (correction - mean);
+        variance += weight * (weight * (before - after) - (2 - weight) * variance);
+        share += weight * (now - share);
+    }
+    void cover(auto&& covariance) const {
+        constexpr double kChance = 4;  // mean of three squares: exceeded once in 135
+        const double beyond = std::max(0.0, 1 - kChance * variance / mean.squaredNorm());  // zero also without corrections
+        covariance += beyond / (share * share) * mean * mean.transpose();
+    }
+};
 
 /// Share of a limit for three couplings that is exceeded as often by so many couplings (chi-square, once in about 30).
 constexpr std::array kLimitShare{0.52, 0.78, 1.0};
@@ -29,7 +57,6 @@ void reduce_weight(Innovation<Scalar>& innovation, Scalar excess) {
     }
 }
 
-/// Inflations of the covariance for one column.
 constexpr int kMaxInflations = 4;
 
 template <typename Scalar>
@@ -65,7 +92,6 @@ public:
         }
     }
 
-    /// Multiplies the process noise.
     void inflate(Scalar factor) {
         const Scalar log_factor = std::log(factor);
         translation_.log_q = std::min(translation_.log_q + log_factor, translation_limits_.most);

@@ -16,7 +16,6 @@ namespace tricoil::tracking::scaat {
 /// the next columns. The pose is then unconfirmed until each coil has been accepted twice: eighteen numbers.
 class CoilHistory {
 public:
-    /// All coils were accepted at `time`; none is refused.
     void start(DeviceTime time) {
         *this = CoilHistory{};
         accepted_at_.fill(time);

@@ -134,7 +134,6 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
     return result;
 }
 
-/// Adds an error state to the state.
 template <typename Scalar>
 void correct(State<Scalar>& state, const Vec12<Scalar>& error) {
     state.position_m += error.template segment<3>(0);

@@ -16,7 +16,7 @@ template <typename Scalar>
 struct FilterState {
     State<Scalar> state;
     Intensity<Scalar> intensity;
-    Scalar covariance_factor = 1;  // see Estimator
+    Mat6<Scalar> covariance;       // of the pose, see Estimator::reported()
     int run = 0;                   // counts the starts of the filter; 0: it is not running
     std::uint64_t inflations = 0;  // TrackerCounters::covariance_inflations
 };
@@ -59,21 +59,29 @@ public:
     /// True if the position is within the gate of `position_m`, which has the given covariance.
     [[nodiscard]] bool is_within_gate(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const;
 
-    /// Replaces the state by its mirror image.
     void mirror_state() { mirror(state_); }
 
     [[nodiscard]] const State<Scalar>& state() const { return state_; }
     [[nodiscard]] CoilHistory& history() { return history_; }
     [[nodiscard]] const CoilHistory& history() const { return history_; }
     [[nodiscard]] Intensity<Scalar> intensity() const { return adaptation_.intensity(); }
-    /// Factor by which recent innovations and their noise exceed the covariance.
-    [[nodiscard]] Scalar covariance_factor() const { return std::max(noise_.excess(), adaptation_.covariance_factor()); }
+    /// Factor on the covariance in reports: recent innovations and their noise exceed it. If they are too large, the flag
+    /// `inconsistent` is set as well.
+    [[nodiscard]] Scalar reported_factor() const {
+        return Scalar(kCovarianceMargin) * std::max(noise_.excess(), adaptation_.covariance_factor());
+    }
+    /// Covariance of the pose of the state, or of a prediction of it, with this factor and the lag.
+    [[nodiscard]] Mat6<Scalar> reported(const State<Scalar>& state) const {
+        Mat6<Scalar> covariance = state.covariance.template topLeftCorner<6, 6>() * reported_factor();
+        lag_[0].cover(covariance.template topLeftCorner<3, 3>());
+        lag_[1].cover(covariance.template bottomRightCorner<3, 3>());
+        return covariance;
+    }
     [[nodiscard]] bool is_inconsistent() const {
         return std::max(adaptation_.consistency(), noise_.excess()) > params_.inconsistent_above;
     }
     /// True if the velocity is known: six columns were used, including the three of the start.
     [[nodiscard]] bool is_settled() const { return settled_ >= kSettlingColumns; }
-    /// True if corrections are used to learn accelerations.
     [[nodiscard]] bool is_learning() const { return settled_ >= kLearningColumns; }
     /// True if six columns were used after the three of the start.
     [[nodiscard]] bool may_deskew() const { return settled_ >= 3 * kSourceCoils; }
@@ -95,6 +103,7 @@ private:
     Adaptation<Scalar> adaptation_;
     NoiseCheck<Scalar> noise_;
     CoilHistory history_;
+    [[no_unique_address]] std::array<Lag<Scalar>, 2> lag_;  // of position, attitude
     int settled_ = kSourceCoils;  // columns used, including the three of the start; at most kLearningColumns
     DeviceTime last_used_{};
 };

@@ -16,6 +16,7 @@ void Estimator<Scalar, Model>::start(const StartPose<Scalar>& pose, const std::o
     adaptation_.restart(params_.process);
     noise_.restart();
     settled_ = kSourceCoils;
+    lag_ = {};
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
@@ -50,7 +51,6 @@ bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Sc
     return true;
 }
 
-/// Updates the state, and the estimates that depend on the innovation.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation,
                                             const Vec3<Scalar>& whitened, bool in_frame) {
@@ -59,7 +59,12 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     }
     adaptation_.add(params_, state_, innovation, whitened, in_frame, is_settled());
     const auto gains_per_s = acceleration_gains_per_s(state_.covariance);
+    const auto variance = [this](int n) { return state_.covariance.template block<3, 3>(3 * n, 3 * n).trace(); };
+    const std::array before{variance(0), variance(1)};
     const Vec12<Scalar> correction = apply(state_, innovation);
+    for (int n = 0; n < 2; ++n) {
+        lag_[n].add(correction.template segment<3>(3 * n), before[n], variance(n));
+    }
     if (is_learning()) {
         learn_acceleration(state_, correction, gains_per_s);
     }
@@ -67,7 +72,6 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     settled_ = std::min(settled_ + 1, kLearningColumns);
 }
 
-/// Multiplies the covariance of the prediction, and the process noise.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::inflate_covariance(Scalar factor) {
     state_.covariance *= factor;

@@ -13,18 +13,15 @@ namespace tricoil::tracking::scaat {
 
 /// Searches with the direct solver until three columns give a pose, then filters. While tracking it returns a pose for each
 /// column (FDM: at the last of three, or at the first column of the next frame if one is missing). While searching it returns a
-/// flagged pose per complete matrix. A column that contradicts the prediction is refused and the pose flagged unconfirmed. After
-/// three refused measurements in a row, or three of one coil, the filter starts again from the last three columns. Columns that
-/// are saturated, clipped, offset, stuck, overrun, gain_changed or without reference are not used. tick(): the pose predicted to
-/// that time, flagged coasting, and stale beyond coast_limit.
+/// flagged pose per complete matrix. Outliers and restarts: README. Columns that are saturated, clipped, offset, stuck, overrun,
+/// gain_changed or without reference are not used. tick(): the pose predicted to that time, coasting, stale after coast_limit.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 class Filter : public Tracker<Scalar> {
 public:
     [[nodiscard]] const State<Scalar>& motion() const { return estimator_.state(); }
-    [[nodiscard]] Intensity<Scalar> intensity() const { return estimator_.intensity(); }
     /// In the frame of corrected columns, as motion().
     [[nodiscard]] FilterState<Scalar> filter_state() const {
-        return {estimator_.state(), estimator_.intensity(), estimator_.covariance_factor(), is_running_ ? starts_ : 0,
+        return {estimator_.state(), estimator_.intensity(), estimator_.reported(estimator_.state()), is_running_ ? starts_ : 0,
                 this->counters_.covariance_inflations};
     }
 

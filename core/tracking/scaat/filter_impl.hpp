@@ -51,7 +51,6 @@ auto Filter<Scalar, Model>::do_update(const Column<Scalar>& column, bool is_late
     return intake_.in_frames() && column.midpoint >= motion().time ? track_frame(column) : track_column(column);
 }
 
-/// Processes one column alone while tracking.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::track_column(const Column<Scalar>& column) -> Pose {
     const bool in_order = column.midpoint >= motion().time;
@@ -92,7 +91,6 @@ auto Filter<Scalar, Model>::track_frame(const Column<Scalar>& column) -> Pose {
     return finish_measurement(matrix.has_value());
 }
 
-/// Ends an incomplete frame at the first column of the next frame.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::end_frame(const Column<Scalar>& next) -> Pose {
     use_waiting();
@@ -118,7 +116,6 @@ std::optional<SignalMatrix<Scalar>> Filter<Scalar, Model>::take_into_frame(const
     return intake_.add(column);
 }
 
-/// Uses the columns of an incomplete frame one by one.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::use_waiting() {
     for (int j = 0; j < kSourceCoils; ++j) {
@@ -223,7 +220,6 @@ auto Filter<Scalar, Model>::finish_measurement(bool has_matrix) -> Pose {
     return report(flags, params_.predict_ahead, motion().time);
 }
 
-/// Processes one column while searching or lost.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::search(const Column<Scalar>& column) -> Pose {
     const auto matrix = intake_.add(column);
@@ -233,7 +229,6 @@ auto Filter<Scalar, Model>::search(const Column<Scalar>& column) -> Pose {
     return acquire(*matrix, column.midpoint);
 }
 
-/// Report after a complete matrix while searching.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 [[gnu::noinline]] auto Filter<Scalar, Model>::acquire(const SignalMatrix<Scalar>& matrix, DeviceTime time) -> Pose {
     const PoseFlags flags = signal_flags(matrix.flags);
@@ -333,7 +328,6 @@ bool Filter<Scalar, Model>::continue_side(Scalar deviation_m) {
     return !turn;
 }
 
-/// The next columns start the filter again.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::stop() {
     if (is_running_) {
@@ -357,13 +351,13 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::predict(State<Scalar>& later, Microseconds ahead, bool coasting) {
     if (params_.predict_ahead.count() == 0 || !is_running_ || !estimator_.is_learning()) {
         horizon_.restart();
-        propagate(later, intensity(), later.time + ahead);
+        propagate(later, estimator_.intensity(), later.time + ahead);
         return false;
     }
-    scaat::predict(later, intensity(), later.time + ahead);
+    scaat::predict(later, estimator_.intensity(), later.time + ahead);
     const bool is_confirmed = estimator_.history().confirmed();
     horizon_.compare(motion(), is_confirmed, this->counters_.covariance_inflations);
-    horizon_.correct(later, motion().covariance, reported_factor(estimator_), is_confirmed && !coasting);
+    horizon_.correct(later, motion().covariance, estimator_.reported_factor(), is_confirmed && !coasting);
     return true;
 }
 
@@ -384,7 +378,7 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead, DeviceTi
     // Without the growth over the time of the prediction; that over missing columns counts.
     const auto variance = [](const auto& p) { return p.template topLeftCorner<3, 3>().trace(); };
     const Scalar grown = is_prediction && !coasting
-                             ? reported_factor(estimator_) * (variance(later->covariance) - variance(motion().covariance))
+                             ? estimator_.reported_factor() * (variance(later->covariance) - variance(motion().covariance))
                              : Scalar(0);
     const auto measured_deviation_m = [&] { return std::sqrt(std::max(variance(estimate.covariance) - grown, Scalar(0))); };
     if (may_show_side(estimate.flags) && !continue_side(measured_deviation_m())) {

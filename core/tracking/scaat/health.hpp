@@ -48,13 +48,10 @@ public:
         return true;
     }
 
-    /// The last columns that passed the gate, deskewed.
     [[nodiscard]] const SignalMatrixAssembler<Scalar>& accepted() const { return accepted_; }
 
-    /// Notes a usable column.
     void note(const Column<Scalar>& column) { (void)motion_.add(column); }
 
-    /// Start of the filter: the motion is unknown.
     void start() {
         accepted_.clear();
         columns_since_ = 0;
@@ -122,8 +119,12 @@ private:
         }
         const bool is_judged = !moving && !is_fault;
         if (is_judged) {
-            misfit_.add(pose.misfit_squared, variance, still, params_.distortion_gate, matrix.newest);
-            flags_.set_if(quadrature_.add(matrix, pose.strength, motion_, params_), PoseFlag::distorted);
+            const Scalar direct_m = position_deviation(pose.strength, pose.position_m.norm(), matrix.sigma);
+            // Gain of the filter for a pose: its variance over that of the pose.
+            const Scalar gain = beside->covariance.template topLeftCorner<3, 3>().trace() / (direct_m * direct_m);
+            const Scalar share = std::min(gain * gain, Scalar(1));
+            misfit_.add(pose.misfit_squared, variance, still, params_.distortion_gate, matrix.newest, share);
+            flags_.set_if(quadrature_.add(matrix, pose.strength, motion_, params_, share), PoseFlag::distorted);
         } else {
             quadrature_.clear();
         }
@@ -145,7 +146,6 @@ private:
         }
     }
 
-    /// Variance of a coupling due to errors of the calibrated coils.
     [[nodiscard]] Scalar floor_variance() const { return tracking::floor_variance(params_, strength_); }
 
     const CommonParams<Scalar>& params_;

@@ -150,14 +150,13 @@ private:
     bool learns_ = true;  // from the present state
 };
 
-/// Images compute in float and do not predict.
 template <>
-class Horizon<float> {
+class Horizon<float> {  // images do not predict
 public:
     explicit Horizon(Microseconds /*ahead*/) {}
     void restart() {}
-    void compare(const auto& /*now*/, bool /*is_confirmed*/, std::uint64_t /*inflations*/) {}
-    void correct(const auto& /*later*/, const auto& /*before*/, float /*factor*/, bool /*keep*/) {}
+    void compare(auto&&...) {}
+    void correct(auto&&...) {}
 };
 
 }  // namespace tricoil::tracking::scaat

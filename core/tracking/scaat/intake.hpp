@@ -35,7 +35,6 @@ public:
 
     [[nodiscard]] const SignalMatrixAssembler<Scalar>& columns() const { return latest_; }
 
-    /// Stores the flags of the newest column of each coil.
     void note_flags(const Column<Scalar>& column) {
         flags_[static_cast<std::size_t>(coil_index(column.state))] = signal_flags(column.flags);
     }

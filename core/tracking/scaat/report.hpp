@@ -7,13 +7,6 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Factor on the filter's covariance in the report. Innovations larger than predicted increase it. If they are too large, the
-/// flag `inconsistent` is set as well.
-template <typename Scalar, typename Model>
-Scalar reported_factor(const Estimator<Scalar, Model>& estimator) {
-    return Scalar(kCovarianceMargin) * estimator.covariance_factor();
-}
-
 /// Fills in the data of estimator and health. `state`: of the estimator, or a prediction of it. `flags`: of the columns.
 template <typename Scalar, typename Model>
 void report_state(PoseEstimate<Scalar>& estimate, const State<Scalar>& state, const Estimator<Scalar, Model>& estimator,
@@ -21,7 +14,7 @@ void report_state(PoseEstimate<Scalar>& estimate, const State<Scalar>& state, co
     estimate.time = state.time;
     estimate.position_m = state.position_m;
     estimate.q_source_sensor = state.q_source_sensor;
-    estimate.covariance = state.covariance.template topLeftCorner<6, 6>() * reported_factor(estimator);
+    estimate.covariance = estimator.reported(state);
     estimate.flags = flags | health.flags();
     estimate.flags.set_if(!estimator.history().confirmed() || health.start_variance() > 0, PoseFlag::unconfirmed);
     estimate.flags.set_if(!estimator.is_settled(), PoseFlag::not_converged);

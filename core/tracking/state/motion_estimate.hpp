@@ -58,7 +58,6 @@ public:
         return motion_between(before, last, longest_frame);
     }
 
-    /// Forgets all poses, because later poses are not continuous with them.
     void clear() { poses_ = {}; }
 
 private:
