@@ -134,7 +134,6 @@ protected:
 TEST_F(Faults, AFailedReadIsNotTheEndOfAFile) {
     const std::vector<std::pair<std::string, std::string>> commands{
         {"calibrate stage --model concentric --out " + out_ + " " + poses_, poses_},
-        {"run --duration 0.1 --calibration " + calibration_ + " --out " + out_, calibration_},
         {"convert " + recording_ + " --out " + out_, recording_ + "/poses.csv"},
         {"convert " + recording_ + " --out " + out_, recording_ + "/recording.json"},
         {"replay " + recording_ + " --out " + out_, recording_ + "/inputs.csv"},

@@ -93,7 +93,7 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
         return evaluate(arguments, **options)
     if in_python(name, arguments, options):
         try:
-            return of_python(name, arguments, {key: value for key, value in options.items() if value is not None and key != "json"})
+            return of_python(name, arguments, {key: value for key, value in options.items() if value is not None and value is not False and key != "json"})
         except TypeError as error:
             raise ValueError(f"{name}: {_of_type(str(error))}") from None
         except ValueError as error:

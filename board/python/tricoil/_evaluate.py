@@ -26,7 +26,7 @@ REFITTED = "refitted on this data"
 
 
 def _sum(values):
-    """One value after the other, with every version of Python."""
+    """Sum in sequence, so that the result does not depend on the order that NumPy chooses."""
     return float(np.cumsum(values)[-1]) if len(values) else 0.0
 
 

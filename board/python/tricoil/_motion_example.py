@@ -127,6 +127,9 @@ def run_example(example="", loop="open", kappa="exact", form="angles", passes=1,
     if len(rate_hz) > 1:
         raise ValueError("--rate-hz A,B requires --poses or --trajectory; give one number")
     update_s = 1 / checked("--rate-hz", rate_hz[0], 1, 1e5) + checked("--gap", gap, 0, 1)
+    passes = checked("--passes", passes, -2**31, 2**31 - 1)
+    if passes != int(passes):
+        raise ValueError(f"--passes must be a whole number; got {passes:g}")
     passes = int(passes)
     with bar("motion", None) as show:
         rows, singularities = simulated(example, rates, start_range_m, loop, form, kappa, "", passes, update_s, number("--duration", duration),

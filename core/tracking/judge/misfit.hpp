@@ -40,7 +40,8 @@ public:
             held_ = std::max({held_, last_, last});
             quiet_s_ = 0;
         }
-        last_ = share * last;
+        last_ = last;
+        share_ = share;
         const Scalar most = Scalar(kMostlyMotion) * still;
         doubtful_ = 3 * ratio > Scalar(kDoubtfulAbove) && expected > most ? squared / 3 : Scalar(0);
         lasting_ = std::max(mean_ratio_ - Scalar(kChance), Scalar(0)) * std::min(expected, most);
@@ -48,7 +49,9 @@ public:
 
     /// Variance of a coupling that the recent misfit suggests in the directions that a pose explains; zero if it is not
     /// significant.
-    [[nodiscard]] Scalar variance() const { return Scalar(kHiddenShare * kHiddenShare) * std::max({last_, held_, lasting_}); }
+    [[nodiscard]] Scalar variance() const {
+        return Scalar(kHiddenShare * kHiddenShare) * std::max({share_ * last_, held_, lasting_});
+    }
 
     /// variance(), and that of the last misfit if it is doubtful: for the covariance.
     [[nodiscard]] Scalar covered_variance() const {
@@ -65,7 +68,8 @@ private:
     static constexpr double kDoubtfulAbove = 9;  // chi-square, 3 degrees of freedom: exceeded once in 34
     static constexpr double kMostlyMotion = 25;  // of the expected variance to that without motion
 
-    Scalar last_ = 0;        // variance of a coupling that the pose has of the last misfit if that was significant; else zero
+    Scalar last_ = 0;        // variance of a coupling if the last misfit was significant; else zero
+    Scalar share_ = 1;       // of last_ that the pose has
     Scalar held_ = 0;        // the same, decaying; zero until two in a row were significant
     Scalar lasting_ = 0;     // the same from the mean ratio
     Scalar doubtful_ = 0;    // variance of a coupling of the last misfit if that is doubtful; else zero

@@ -58,7 +58,8 @@ void SurroundingsChange::cover(PoseEstimate<double>& pose) {
     const Vec6<double> correction = normal.solve<1>(jacobian.transpose() * induced.reshaped());
     const double squared = state_(0) * state_(0);
     const double variance = covariance_(0, 0) + coils_.surroundings_lag.deviation * coils_.surroundings_lag.deviation;
-    // The covariance may contain the misfit of the same metal already: only the missing part is added.
+    // The covariance may contain the misfit of the same metal already, which cannot be told from its other parts: what is missing
+    // is added, up to the larger of both.
     const Cholesky<double, 6> stated(pose.covariance);
     const double covered = stated.ok() ? 1 / correction.dot(stated.solve<1>(correction)) : 0;
     pose.covariance += std::max(squared + variance - covered, 0.0) * correction * correction.transpose();

@@ -1,6 +1,8 @@
 // Process noise and consistency of the filter, from its innovations.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/tracking/scaat/column_update.hpp"
@@ -35,7 +37,7 @@ struct Lag<double> {
         share += weight * (now - share);
     }
     void cover(auto&& covariance) const {
-        constexpr double kChance = 4;  // mean of three squares: exceeded once in 135
+        constexpr double kChance = 4;  // mean of three squares: exceeded once in 129 if all axes count, once in 22 if one does
         const double beyond = std::max(0.0, 1 - kChance * variance / mean.squaredNorm());  // zero also without corrections
         covariance += beyond / (share * share) * mean * mean.transpose();
     }

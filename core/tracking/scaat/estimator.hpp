@@ -59,7 +59,10 @@ public:
     /// True if the position is within the gate of `position_m`, which has the given covariance.
     [[nodiscard]] bool is_within_gate(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const;
 
-    void mirror_state() { mirror(state_); }
+    void mirror_state() {
+        mirror(state_);
+        lag_ = {};
+    }
 
     [[nodiscard]] const State<Scalar>& state() const { return state_; }
     [[nodiscard]] CoilHistory& history() { return history_; }

@@ -120,7 +120,7 @@ private:
         const bool is_judged = !moving && !is_fault;
         if (is_judged) {
             const Scalar direct_m = position_deviation(pose.strength, pose.position_m.norm(), matrix.sigma);
-            // Gain of the filter for a pose: its variance over that of the pose.
+            // Gain of the filter for a pose: its variance, errors of the coils included, over that of the noise of one matrix.
             const Scalar gain = beside->covariance.template topLeftCorner<3, 3>().trace() / (direct_m * direct_m);
             const Scalar share = std::min(gain * gain, Scalar(1));
             misfit_.add(pose.misfit_squared, variance, still, params_.distortion_gate, matrix.newest, share);

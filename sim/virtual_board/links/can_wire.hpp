@@ -103,12 +103,13 @@ private:
         }
     }
     void on_frame_end() {
-        if (sender_ == Sender::board) {
+        const Sender sender = sender_;  // a receiver may send the next frame at once
+        if (sender == Sender::board) {
             finish_own();
         } else {
             deliver(on_bus_, nullptr);
         }
-        if (sender_ == Sender::others) {
+        if (sender == Sender::others) {
             outgoing_.pop_front();
         }
         arbitrate();

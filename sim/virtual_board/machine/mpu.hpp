@@ -49,9 +49,11 @@ public:
         } else {
             throw RunFailure("the register is read-only");
         }
-        for (const Region& region : regions_) {
-            if ((control_ & kEnable) != 0 && is_on(region)) {
-                check(region);
+        for (const auto check : {check_place, check_effect}) {  // a doubtful region does not hide a wrong one
+            for (const Region& region : regions_) {
+                if ((control_ & kEnable) != 0 && is_on(region)) {
+                    check(region);
+                }
             }
         }
     }
@@ -95,11 +97,14 @@ private:
     [[nodiscard]] static std::uint64_t size_of(const Region& region) {
         return std::uint64_t{2} << (region.attributes >> 1U & 31U);
     }
-    void check(const Region& region) const {
+    static void check_place(const Region& region) {
         const std::uint64_t size = size_of(region);
         fail_if(size < 1U << (kMinSize + 1) || region.base % size != 0,
                 "MPU region at {:#010x} of {} bytes: at least 32 bytes, and the address a multiple of the size", region.base,
                 size);
+    }
+    static void check_effect(const Region& region) {
+        const std::uint64_t size = size_of(region);
         const std::uint32_t access = (region.attributes & kAccess) >> 24U;
         const bool has_memory = overlaps(region.base, size, 0, Memory::kBankBytes) ||
                                 overlaps(region.base, size, Memory::kFlashBase, 2 * Memory::kBankBytes) ||

@@ -232,6 +232,7 @@ void Flash::write_bank(bool runs, std::uint32_t offset, std::uint32_t value) {
     }
     const std::vector<std::uint32_t> words = std::exchange(words_, {});
     const std::uint32_t first = offset - written;
+    fail_if(runs && has_data_pages_ && holds_code(first), "a store to the running code of a tracker board");
     const auto old = std::span(content_of(runs)).subspan(first, bytes);
     const bool erased = std::ranges::all_of(old, [](std::uint8_t byte) { return byte == 0xFF; });
     const bool clears = std::ranges::all_of(words, [](std::uint32_t word) { return word == 0; });
@@ -259,6 +260,9 @@ void Flash::unlock(std::uint32_t key, int& keys, std::array<std::uint32_t, 2> ri
 void Flash::control(std::uint32_t value) {
     fail_if(operation_.has_value(), "CR is written while the flash is busy");
     fail_if(is_locked(), "CR is written while the flash is locked");
+    if (((value ^ registers_[flash::kCr]) & (1U << flash::kProgram | 1U << flash::kFast)) != 0) {
+        words_.clear();
+    }
     registers_.at(flash::kCr) = (value & ~(1U << flash::kStart)) | (registers_[flash::kCr] & 1U << flash::kOptionLock);
     show_interrupt();
     if (!is_set(value, flash::kStart)) {
@@ -286,6 +290,7 @@ void Flash::apply(std::uint32_t offset, std::uint32_t value) {
             unlock(value, keys_, {0x45670123, 0xCDEF89AB}, flash::kLock);
             break;
         case flash::kOptKeyr:
+            fail_if(is_locked(), "an option key is written while the flash is locked");
             unlock(value, option_keys_, {0x08192A3B, 0x4C5D6E7F}, flash::kOptionLock);
             break;
         case flash::kSr:

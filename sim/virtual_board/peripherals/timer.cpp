@@ -356,7 +356,7 @@ void Timer::triggered(unsigned input) {
     registers_.at(timer::kSr) |= 1U << 6U;  // TIF
     if (mode == reset_by_trigger) {
         generate(1);
-    } else if (mode == start_by_trigger) {
+    } else if (mode == start_by_trigger && !is_enabled()) {
         control(registers_[timer::kCr1] | 1U);
     } else if (waits_for_triggers() && is_enabled() && divided_++ >= prescaler_) {
         divided_ = 0;
