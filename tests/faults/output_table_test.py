@@ -95,11 +95,13 @@ ROWS = {
     "completion": {STDOUT: "bash"},
 }
 
-# Rows with inputs that ROWS has not.
-READING = {"convert": ["{input} --to csv --out {out}"], "evaluate": ["--dynamic ground.csv {input} --out {folder}"],
+# Rows with inputs that ROWS has not. {folder}, {errors}: a folder in which dynamic_errors.csv or pose_errors.csv is written.
+READING = {"convert": ["{input} --to csv --out {out}"], "evaluate": ["--dynamic ground.csv {input} --out {folder}", "--calibration coils.toml {input} --out {errors}",
+                                                                     f"--calibration {{input}} {STAGE} --out {{errors}}"],
            "motion": ["--poses {input} --timing fdm --out {out}", "--poses poses.csv --reference {input} --timing fdm --out {out}",
                       "--poses poses.csv --reference {input} --timing fdm --plot {out}.svg", "--trajectory {input} --out {out}"],
            "calibrate pivot": ["{input} --out {out}"], "plot": ["{input} --out {out}.svg"]}
+ONLY_READING = {"evaluate", "motion"}  # their options depend on each other: no other rows
 
 
 def entries(text):
@@ -185,7 +187,7 @@ class OutputTable(unittest.TestCase):
     def reading_rows(self):
         """Command and words with {input} for one of the files that it reads: in a row, or by another option of the help."""
         for command, _, words in self.rows():
-            if command not in PYTHON or "{out}" not in words:
+            if command not in PYTHON - ONLY_READING or "{out}" not in words:
                 continue
             parts = words.split()
             files = [n for n, word in enumerate(parts) if (self.examples / word).is_file() and parts[n - 1] != "--out"]
@@ -202,10 +204,11 @@ class OutputTable(unittest.TestCase):
             with self.subTest(command, words=words):
                 out = self.fresh()
                 out.mkdir()
-                kept, link = out / "kept.csv", out / ("dynamic_errors.csv" if "{folder}" in words else "link" + words.partition("{out}")[2].split(" ")[0])
+                name = "dynamic_errors.csv" if "{folder}" in words else "pose_errors.csv" if "{errors}" in words else "link" + words.partition("{out}")[2].split(" ")[0]
+                kept, link = out / "kept.csv", out / name
                 kept.write_bytes((self.examples / "optics.csv").read_bytes())
                 link.symlink_to(kept)
-                done = self.run_row(command, words.format(out=out / "link", folder=out, input=kept))
+                done = self.run_row(command, words.format(out=out / "link", folder=out, errors=out, input=kept))
                 self.assertEqual(done.returncode, 2, done.stderr)
                 self.assertRegex(done.stderr, rf"^tricoil: --[a-z-]+ {re.escape(str(link))}: is also an input file; choose another file\n$")
                 self.assertEqual(kept.read_bytes(), (self.examples / "optics.csv").read_bytes())
@@ -224,7 +227,7 @@ class OutputTable(unittest.TestCase):
                 out.mkdir()
                 resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, limits[1]))
                 try:
-                    done = self.run_row(command, words.format(out=out / "result", folder=out, input=endless))
+                    done = self.run_row(command, words.format(out=out / "result", folder=out, errors=out, input=endless))
                 finally:
                     resource.setrlimit(resource.RLIMIT_AS, limits)
                 self.assertEqual(done.returncode, 2, done.stderr)
