@@ -95,13 +95,15 @@ Scalar position_deviation(Scalar strength, Scalar range_m, Scalar sigma) {
     return kPerRange * range_m * sigma / strength;
 }
 
-/// Error of the position that the hidden part of a misfit, `sigma` of each coupling, suggests. The covariance contains all of
-/// sigma; the median error beside 2,000 random metal objects is half of it (tests/honesty). With this share the median of the
-/// figure is 1.9 to 2.3 errors, and 95 % of the errors are less than twice the figure.
+/// Share of the deviation due to metal that the distortion figure states. The covariance contains all of it; the median error
+/// beside 2,000 random metal objects is about a third of it (tests/honesty). With this share the median of the figure is 1.7 to
+/// 2.0 errors, and 95 % of the errors are less than twice the figure.
+constexpr double kLikelyShare = 0.65;
+
+/// Error of the position that the hidden part of a misfit, `sigma` of each coupling, suggests.
 template <typename Scalar>
 Scalar likely_distortion(Scalar strength, Scalar range_m, Scalar sigma) {
-    constexpr Scalar kShare = Scalar(0.75);
-    return kShare * position_deviation(strength, range_m, sigma);
+    return Scalar(kLikelyShare) * position_deviation(strength, range_m, sigma);
 }
 
 }  // namespace tricoil::tracking

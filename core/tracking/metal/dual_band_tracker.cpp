@@ -5,6 +5,7 @@
 
 #include "core/geometry/rotations.hpp"
 #include "core/solver/pose_covariance.hpp"
+#include "core/tracking/judge/misfit.hpp"
 
 namespace tricoil::tracking {
 
@@ -108,7 +109,8 @@ bool DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double
     constexpr double kDeviations = 5;
     const double bias_m = position.value.norm();
     const double left_m2 = (estimate.covariance - noise_covariance(estimate)).topLeftCorner<3, 3>().trace();
-    estimate.distortion_m = is_better ? std::sqrt(std::max(left_m2, 0.0)) : std::max(estimate.distortion_m, bias_m);
+    estimate.distortion_m =
+        is_better ? kLikelyShare * std::sqrt(std::max(left_m2, 0.0)) : std::max(estimate.distortion_m, bias_m);
     estimate.flags.set_if(bias_m > kDeviations * position.sigma, PoseFlag::distorted);
     estimate.flags.clear(PoseFlag::uncertain);  // that was the high band alone
     estimate.flags.set_if(!(deviation_m(estimate) <= params().max_deviation_m), PoseFlag::uncertain);
