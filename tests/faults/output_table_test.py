@@ -90,7 +90,7 @@ ROWS = {
     "selfcheck": {STDOUT: ""},
     "protocol": {STDOUT: "", "--dbc": "--dbc {out}", "--page": "--page {out}"},
     "motion": {STDOUT: "--example I", "--out": "--example I --out {out}", "--plot": "--poses take/poses.csv --timing tdm:3/720 --plot {out}.svg", "--plan": "--plan {out}"},
-    "figures": {STDOUT: "--out pictures", "--out": "--out {out}"},
+    "figures": {STDOUT: "--out pictures --csv-only", "--out": "--out {out}"},
     "help": {STDOUT: "run"},
     "completion": {STDOUT: "bash"},
 }
@@ -126,6 +126,8 @@ class OutputTable(unittest.TestCase):
         examples = cls.folder / "examples"
         subprocess.run([sys.executable, HERE.parent / "docs/prepare_examples", examples], env={**os.environ, "PATH": path}, check=True)
         cls.examples = examples
+        optics = examples / "optics.csv"
+        optics.write_text("".join(optics.read_text().splitlines(True)[:161]))  # 2 s: these tests are of files, not of paths
         for words in ("run --scenario still --duration 1 --record take", f"calibrate stage {COILS} --out coils.toml --blob coils.bin {STAGE}",
                       "run --scenario table --fidelity columns --couplings soYoutZup_seYoutZup_table.csv",
                       "run --mux dual-band --duration 10 --record turned", "run --scenario dummy --duration 10 --record dummy", "run --scenario pointer --record pivot1"):
@@ -148,7 +150,7 @@ class OutputTable(unittest.TestCase):
         try:
             with open(stdout or os.devnull, "w", encoding="utf-8") as file:
                 return subprocess.run([self.program, *command.split(), *words.split()], cwd=self.examples, env=environment, stdout=file,
-                                      stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, timeout=120, check=False)
+                                      stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, timeout=600, check=False)
         finally:
             if device:
                 device.kill()
