@@ -152,20 +152,11 @@ void Dma::Controller::show_interrupt(unsigned channel) {
 
 std::uint32_t& Dma::Controller::word(std::uint32_t offset) {
     const std::uint32_t n = (offset - dma::kFirst) / dma::kStep;
-    fail_if(offset < dma::kFirst || n >= kChannels, "no such register");
-    Channel& c = channels_[n];
-    switch ((offset - dma::kFirst) % dma::kStep) {
-        case 0:
-            return c.control;
-        case 4:
-            return c.left;
-        case 8:
-            return c.peripheral;
-        case 12:
-            return c.memory;
-        default:
-            throw RunFailure("no such register");
-    }
+    fail_if(offset < dma::kFirst || n >= kChannels || offset % 4 != 0, "no such register");
+    constexpr std::array kWords{&Channel::control, &Channel::left, &Channel::peripheral, &Channel::memory};
+    const std::uint32_t place = (offset - dma::kFirst) % dma::kStep / 4;
+    fail_if(place >= kWords.size(), "no such register");
+    return channels_[n].*kWords[place];
 }
 
 std::uint32_t Dma::Controller::read(std::uint32_t offset) {

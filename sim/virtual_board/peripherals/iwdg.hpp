@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <functional>
 
 #include "sim/virtual_board/machine/machine.hpp"
@@ -21,25 +22,21 @@ public:
           on_expired_(std::move(on_expired)),
           expires_(
               machine.events, [this] { on_expired_(); }, Event::Clock::always),
-          prescaler_(
-              machine.events, [] {}, Event::Clock::always),
-          reload_(
-              machine.events, [] {}, Event::Clock::always),
-          window_(
-              machine.events, [] {}, Event::Clock::always) {}
+          updates_{{{machine.events, [] {}, Event::Clock::always},
+                    {machine.events, [] {}, Event::Clock::always},
+                    {machine.events, [] {}, Event::Clock::always}}} {}
 
     [[nodiscard]] bool runs() const { return expires_.is_due(); }
 
     std::uint32_t read(std::uint32_t offset) override {
         return registers_.at(offset) |
-               (offset == kStatus ? flag(prescaler_.is_due(), 0) | flag(reload_.is_due(), 1) | flag(window_.is_due(), 2) : 0U);
+               (offset == kStatus ? flag(updates_[0].is_due(), 0) | flag(updates_[1].is_due(), 1) | flag(updates_[2].is_due(), 2)
+                                  : 0U);
     }
     void reset() override {
         registers_.reset();
         expires_.cancel();
-        prescaler_.cancel();
-        reload_.cancel();
-        window_.cancel();
+        std::ranges::for_each(updates_, &Event::cancel);
         unlocked_ = false;
     }
 
@@ -58,7 +55,7 @@ private:
             return;
         }
         fail_if(!unlocked_, "PR, RLR or WINR is written without the key 0x5555");
-        Event& update = offset == kPrescaler ? prescaler_ : offset == kReload ? reload_ : window_;
+        Event& update = updates_[offset == kPrescaler ? 0 : offset == kReload ? 1 : 2];
         fail_if(update.is_due(), "PR, RLR or WINR is written again before its last update has finished");
         update.in(kUpdateCycles * kTicksPerCycle);
         registers_.at(offset) = value;
@@ -82,9 +79,7 @@ private:
     const Events& events_;
     std::function<void()> on_expired_;
     Event expires_;
-    Event prescaler_;  // SR.PVU is set while it is pending
-    Event reload_;     // SR.RVU
-    Event window_;     // SR.WVU
+    std::array<Event, 3> updates_;  // of PR, RLR, WINR: pending while SR.PVU, RVU, WVU is set
     bool unlocked_ = false;
 };
 

@@ -87,7 +87,7 @@ Usart::Usart(Machine& machine, Dma& dma, UsartParams params)
       params_(std::move(params)),
       sent_(machine.events, [this] { sent(); }),
       idle_(machine.events, [this] {
-          idle_flag_ = true;
+          raised_ |= 1U << usart::kIdle;
           show_interrupt();
       }) {
     dma_.on_enable(params_.receive_request, [this] { serve_dma(); });
@@ -143,13 +143,13 @@ void Usart::receive(std::uint8_t byte, bool framing_error) {
         word |= flag(odd != is_set(registers_[usart::kCr1], usart::kOddParity), data_bits());
     }
     if (incoming_.size() >= room() && !is_set(registers_[usart::kCr3], usart::kNoOverrun)) {
-        overrun_ = true;
+        raised_ |= 1U << usart::kOverrun;
     } else {
         if (incoming_.size() >= room()) {
             incoming_.pop_back();
         }
         incoming_.push_back({word, framing_error});
-        framing_ = framing_ || (framing_error && incoming_.size() == 1);
+        raised_ |= flag(framing_error && incoming_.size() == 1, usart::kFramingError);
     }
     if (machine_.events.is_frozen()) {
         wake_up();
@@ -162,7 +162,7 @@ void Usart::receive(std::uint8_t byte, bool framing_error) {
 /// A byte in Stop mode: WUF, if CR3.WUS selects the start bit or the received byte.
 void Usart::wake_up() {
     fail_if(!is_set(registers_[usart::kCr3], 21), "wake-up by an address (CR3.WUS = 0) is not in this model");
-    wake_up_ = true;
+    raised_ |= 1U << usart::kWakeUp;
 }
 
 void Usart::send() {
@@ -178,7 +178,7 @@ void Usart::sent() {
     on_sent(byte);
     send();
     serve_dma();
-    complete_ = complete_ || outgoing_.empty();
+    raised_ |= flag(outgoing_.empty(), usart::kComplete);
     show_interrupt();
 }
 
@@ -208,10 +208,8 @@ std::uint32_t Usart::flags() const {
     const std::uint32_t cr3 = registers_[usart::kCr3];
     const bool fifo = is_set(cr1, usart::kFifoOn);
     const bool enabled = is_set(cr1, usart::kEnable);
-    return flag(framing_, usart::kFramingError) | flag(overrun_, usart::kOverrun) | flag(idle_flag_, usart::kIdle) |
-           flag(!incoming_.empty(), usart::kNotEmpty) | flag(complete_, usart::kComplete) |
-           flag(queued() < room(), usart::kNotFull) | flag(idle_.is_due(), usart::kBusy) | flag(wake_up_, usart::kWakeUp) |
-           flag(enabled && is_set(cr1, usart::kTransmit), usart::kSendEnabled) |
+    return raised_ | flag(!incoming_.empty(), usart::kNotEmpty) | flag(queued() < room(), usart::kNotFull) |
+           flag(idle_.is_due(), usart::kBusy) | flag(enabled && is_set(cr1, usart::kTransmit), usart::kSendEnabled) |
            flag(enabled && is_set(cr1, usart::kReceive), usart::kReceiveEnabled) |
            flag(fifo && queued() == 0, usart::kFifoEmpty) | flag(fifo && incoming_.size() == kFifo, usart::kFifoFull) |
            flag(fifo && incoming_.size() >= usart::kThresholds[field(cr3, 25, 3)], usart::kReceiveThreshold) |
@@ -224,13 +222,13 @@ void Usart::show_interrupt() {
     const std::uint32_t cr1 = registers_[usart::kCr1];
     const std::uint32_t cr3 = registers_[usart::kCr3];
     const std::uint32_t now = flags();
-    const bool wanted = (now & cr1 & kSamePositions) != 0 || (wake_up_ && is_set(cr3, usart::kWakeUpInterrupt)) ||
-                        (framing_ && is_set(cr3, usart::kErrorInterrupt)) ||
-                        (overrun_ && (is_set(cr1, usart::kNotEmpty) || is_set(cr3, usart::kErrorInterrupt))) ||
-                        (is_set(now, usart::kFifoEmpty) && is_set(cr1, 30)) ||
-                        (is_set(now, usart::kFifoFull) && is_set(cr1, 31)) ||
-                        (is_set(now, usart::kReceiveThreshold) && is_set(cr3, usart::kReceiveThresholdInterrupt)) ||
-                        (is_set(now, usart::kSendThreshold) && is_set(cr3, usart::kSendThresholdInterrupt));
+    const bool wanted =
+        (now & cr1 & kSamePositions) != 0 || (is_set(now, usart::kWakeUp) && is_set(cr3, usart::kWakeUpInterrupt)) ||
+        (is_set(now, usart::kFramingError) && is_set(cr3, usart::kErrorInterrupt)) ||
+        (is_set(now, usart::kOverrun) && (is_set(cr1, usart::kNotEmpty) || is_set(cr3, usart::kErrorInterrupt))) ||
+        (is_set(now, usart::kFifoEmpty) && is_set(cr1, 30)) || (is_set(now, usart::kFifoFull) && is_set(cr1, 31)) ||
+        (is_set(now, usart::kReceiveThreshold) && is_set(cr3, usart::kReceiveThresholdInterrupt)) ||
+        (is_set(now, usart::kSendThreshold) && is_set(cr3, usart::kSendThresholdInterrupt));
     machine_.nvic.set_level(params_.interrupt, is_set(cr1, usart::kEnable) && wanted);
 }
 
@@ -239,7 +237,7 @@ std::uint32_t Usart::take() {
     if (!incoming_.empty()) {
         word = incoming_.front().word;
         incoming_.pop_front();
-        framing_ = framing_ || (!incoming_.empty() && incoming_.front().framing_error);
+        raised_ |= flag(!incoming_.empty() && incoming_.front().framing_error, usart::kFramingError);
     }
     show_interrupt();
     return word;
@@ -253,7 +251,7 @@ void Usart::put(std::uint32_t value) {
     fail_if(queued() >= room() || !is_set(registers_[usart::kCr1], usart::kEnable),
             "TDR is written while it is full or the USART is off");
     outgoing_.push_back(static_cast<std::uint8_t>(value & ((1U << data_bits()) - 1U)));
-    complete_ = false;
+    raised_ &= ~(1U << usart::kComplete);
     send();
 }
 
@@ -273,17 +271,9 @@ void Usart::control(std::uint32_t value) {
         incoming_.clear();
         sent_.cancel();
         idle_.cancel();
-        complete_ = true;
+        raised_ |= 1U << usart::kComplete;
     }
     send();
-}
-
-void Usart::clear_flags(std::uint32_t value) {
-    overrun_ = overrun_ && !is_set(value, usart::kOverrun);
-    framing_ = framing_ && !is_set(value, usart::kFramingError);
-    idle_flag_ = idle_flag_ && !is_set(value, usart::kIdle);
-    complete_ = complete_ && !is_set(value, usart::kComplete);
-    wake_up_ = wake_up_ && !is_set(value, usart::kWakeUp);
 }
 
 void Usart::apply(std::uint32_t offset, std::uint32_t value) {
@@ -295,7 +285,7 @@ void Usart::apply(std::uint32_t offset, std::uint32_t value) {
             put(value);
             break;
         case usart::kIcr:
-            clear_flags(value);
+            raised_ &= ~value;
             break;
         case usart::kCr1:
             control(value);
@@ -325,7 +315,7 @@ void Usart::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned byt
 
 void Usart::reset() {
     registers_.reset();
-    clear_flags(kAllBits);
+    raised_ = 0;
     control(0);
     show_interrupt();
 }

@@ -54,7 +54,6 @@ private:
     void control(std::uint32_t value);
     void put(std::uint32_t value);
     std::uint32_t take();
-    void clear_flags(std::uint32_t value);
     void wake_up();
     void send();
     void sent();
@@ -68,11 +67,7 @@ private:
     Event idle_;                         // the line has been idle for one frame
     std::deque<std::uint8_t> outgoing_;  // front: the byte in the shift register, if sent_ is scheduled
     std::deque<Received> incoming_;
-    bool overrun_ = false;
-    bool framing_ = false;
-    bool idle_flag_ = false;
-    bool complete_ = true;
-    bool wake_up_ = false;  // WUF
+    std::uint32_t raised_ = 0x40;  // flags of ISR that ICR clears; at first: TC
     bool serving_dma_ = false;
 };
 
