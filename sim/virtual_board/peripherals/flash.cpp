@@ -85,6 +85,7 @@ void Flash::reset() {
     words_.clear();
     keys_ = 0;
     option_keys_ = 0;
+    is_mass_erased_ = false;
 }
 
 void Flash::set_options(std::uint32_t options) {
@@ -241,7 +242,8 @@ void Flash::write_bank(bool runs, std::uint32_t offset, std::uint32_t value) {
         error(flash::kProgramError);
         return;
     }
-    if ((registers_[flash::kSr] & flash::kErrors) != 0) {
+    // A row needs a mass erase of its bank before; this model has only that of bank 2.
+    if ((registers_[flash::kSr] & flash::kErrors) != 0 || (fast && (runs || !is_mass_erased_))) {
         error(flash::kSequenceError);
         return;
     }
@@ -275,6 +277,7 @@ void Flash::control(std::uint32_t value) {
     }
     if (is_set(value, flash::kEraseBank2)) {
         fail_if(exchanged_, "erase of bank 2, which holds the running code");
+        is_mass_erased_ = true;
         begin({false, 0, {}, Memory::kBankBytes}, kEraseS);
         return;
     }

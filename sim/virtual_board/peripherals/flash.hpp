@@ -105,6 +105,7 @@ private:
     std::uint32_t first_place_ = 0;     // address after 0x08000000
     std::vector<std::uint32_t> words_;  // written from there on, until a double-word or a row is complete
     bool has_data_pages_ = false;       // on the bus
+    bool is_mass_erased_ = false;       // bank 2, since the last reset
     int keys_ = 0;
     int option_keys_ = 0;
     std::uint32_t options_ = Memory::kUserOptions;

@@ -51,10 +51,12 @@ private:
     void overflow();
     void update(bool by_software);
     void load();
+    void begin_period();
+    [[nodiscard]] std::uint32_t register_of(unsigned n) const;
     void trigger(std::uint32_t mode);
     void triggered(unsigned input);
     void request(unsigned id, std::uint32_t source);
-    void burst(std::uint32_t value);
+    std::uint32_t next_of_burst();
     void capture(unsigned channel);
     void schedule_capture();
     void control(std::uint32_t value);
@@ -96,15 +98,17 @@ private:
     std::array<Timer*, 16> masters_{};
     Ticks clock_ = 1;
     std::uint32_t stopped_at_ = 0;
-    std::uint32_t prescaler_ = 0;  // active values: registers at the last update
-    std::uint32_t reload_ = 0;
+    std::uint32_t prescaler_ = 0;                           // active values: registers at the last update
+    std::array<std::uint32_t, kMaxChannels + 1> active_{};  // compare values, then the period
+    std::uint32_t reload_ = 0;                              // in this period
+    std::array<std::uint32_t, kMaxChannels> compare_{};
+    std::array<bool, kMaxChannels> matched_{};
     std::uint32_t repetitions_ = 0;
     std::uint32_t divided_ = 0;   // triggers since the last count
     std::uint32_t phase_ = 0;     // of the 16 periods of a dithering pattern
     std::uint32_t burst_at_ = 0;  // register of a DMA burst
     bool lock_is_set_ = false;    // BDTR has been written
-    std::array<std::uint32_t, kMaxChannels> compare_{};
-    std::array<bool, kMaxChannels> matched_{};  // in this period
+    bool resets_ = false;         // by UG or a trigger
 };
 
 }  // namespace tricoil::virtual_board
