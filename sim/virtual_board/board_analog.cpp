@@ -41,17 +41,18 @@ struct TimerTriggers {
     unsigned dac_3;
     unsigned other_dacs;
     unsigned adc;
+    unsigned adc_injected;
 };
 constexpr unsigned kNone = 0xFF;
-constexpr std::array<TimerTriggers, 9> kTriggers{{{1, 1, kNone, 9},
-                                                  {2, 4, 4, 11},
-                                                  {3, 8, 8, 4},
-                                                  {4, 5, 5, 12},
-                                                  {6, 7, 7, 13},
-                                                  {7, 2, 2, 30},
-                                                  {8, kNone, 1, 7},
-                                                  {15, 3, 3, 14},
-                                                  {20, kNone, kNone, 16}}};
+constexpr std::array<TimerTriggers, 9> kTriggers{{{1, 1, kNone, 9, 0},
+                                                  {2, 4, 4, 11, 2},
+                                                  {3, 8, 8, 4, 12},
+                                                  {4, 5, 5, 12, 5},
+                                                  {6, 7, 7, 13, 14},
+                                                  {7, 2, 2, 30, 30},
+                                                  {8, kNone, 1, 7, 9},
+                                                  {15, 3, 3, 14, 15},
+                                                  {20, kNone, kNone, 16, 16}}};
 
 }  // namespace
 
@@ -200,9 +201,9 @@ void VirtualBoard::trigger(unsigned n) {
     dac_4_.trigger(by.other_dacs);
     drive();
     for (const auto& adc : adcs_) {
-        adc->trigger(by.adc);
+        adc->trigger(by.adc, by.adc_injected);
     }
-    adc_2_.trigger(by.adc);
+    adc_2_.trigger(by.adc, by.adc_injected);
 }
 
 }  // namespace tricoil::virtual_board

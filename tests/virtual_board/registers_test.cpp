@@ -50,7 +50,9 @@ TEST_F(RegistersTest, AbsentPeripheralsAreNamed) {
 
 TEST_F(RegistersTest, FieldsWithoutAModelAreNamed) {
     Adc adc(machine, dma, common, {5, 18});
-    EXPECT_THAT(failure_of_write(adc, 0x08, 1U << 3U), HasSubstr("DEVICE: write at 0x40000008: CR: bit 3 (JADSTART) is not in"));
+    EXPECT_THAT(failure_of_write(adc, 0x08, 1U << 30U),
+                HasSubstr("DEVICE: write at 0x40000008: CR: bit 30 (ADCALDIF) is not in"));
+    EXPECT_THAT(failure_of_write(adc, 0x0C, 1U << 31U | 1U << 21U), HasSubstr("CFGR: bit 21 (JQM) is not in"));
 }
 
 TEST_F(RegistersTest, SettingsWithAnEffectThatIsNotSimulatedAreRefused) {

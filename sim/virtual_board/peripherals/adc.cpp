@@ -1,71 +1,19 @@
 #include "sim/virtual_board/peripherals/adc.hpp"
 
 #include <algorithm>
-#include <array>
+
+#include "sim/virtual_board/peripherals/adc_registers.hpp"
 
 namespace tricoil::virtual_board {
-namespace adc {
-
-constexpr std::uint32_t kIsr = 0x00;
-constexpr std::uint32_t kIer = 0x04;
-constexpr std::uint32_t kCr = 0x08;
-constexpr std::uint32_t kCfgr = 0x0C;
-constexpr std::uint32_t kCfgr2 = 0x10;
-constexpr std::uint32_t kSmpr1 = 0x14;
-constexpr std::uint32_t kSmpr2 = 0x18;
-constexpr std::uint32_t kTr1 = 0x20;
-constexpr std::uint32_t kSqr1 = 0x30;
-constexpr std::uint32_t kDr = 0x40;
-constexpr std::uint32_t kOffset1 = 0x60;
-constexpr std::uint32_t kCalibration = 0xB4;
-constexpr std::uint32_t kGain = 0xC0;
-
-constexpr unsigned kReady = 0;
-constexpr unsigned kEndOfSampling = 1;
-constexpr unsigned kEndOfConversion = 2;
-constexpr unsigned kEndOfSequence = 3;
-constexpr unsigned kOverrun = 4;
-constexpr unsigned kWatchdog1 = 7;
-
-constexpr unsigned kEnable = 0;
-constexpr unsigned kDisable = 1;
-constexpr unsigned kStart = 2;
-constexpr unsigned kStop = 4;
-constexpr unsigned kRegulator = 28;
-constexpr unsigned kDeepPowerDown = 29;
-constexpr unsigned kCalibrate = 31;
-
-// Bits of CFGR and CFGR2.
-constexpr unsigned kDma = 0;
-constexpr unsigned kDmaEndless = 1;
-constexpr unsigned kOverwrite = 12;
-constexpr unsigned kContinuous = 13;
-constexpr unsigned kAlignLeft = 15;
-constexpr unsigned kOversample = 0;
-constexpr unsigned kTriggerEach = 9;
-constexpr unsigned kGainOn = 16;
-
-constexpr double kReadyS = 1e-6;            // DS12288, stabilisation time after power-up
-constexpr double kRegulatorStartS = 20e-6;  // DS12288, start-up time of the converter's voltage regulator
-constexpr Ticks kCalibrationCycles = 116;
-constexpr double kMaxHz = 60e6;  // DS12288, one converter at 12 bits
-// Sampling times of the SMPR codes, and conversion times of the RES codes, in half cycles.
-constexpr std::array<int, 8> kSampling2{5, 13, 25, 49, 95, 185, 495, 1281};
-constexpr std::array<int, 4> kConverting2{25, 21, 17, 13};
-constexpr std::array<unsigned, 4> kLeftShifts{4, 6, 8, 2};
-constexpr double kMaxIdleS = 1e-3;  // ES0430 2.7.9
-
-}  // namespace adc
-
 namespace {
 
 std::vector<Register> adc_registers() {
     constexpr const char* kOffsets = "OFFSETPOS@24";
     return {{0x00, 0, "ISR", kAllBits},
-            {0x04, 0, "IER", 0x9D, "EOSMPIE@1 JEOCIE@5 JEOSIE@6 AWD2IE@8 AWD3IE@9 JQOVFIE@10"},
-            {0x08, 0, "CR", 0xB0000017, "JADSTART@3 JADSTP@5 ADCALDIF@30"},
-            {0x0C, 0x80000000, "CFGR", 0xFCCEBFFB, "AUTDLY@14 DISCEN@16 JDISCEN@20 JQM@21 JAWD1EN@24 JAUTO@25"},
-            {0x10, 0, "CFGR2", 0x103FD, "JOVSE@1 ROVSM@10 SWTRIG@25 BULB@26 SMPTRIG@27"},
+            {0x04, 0, "IER", 0xFD, "EOSMPIE@1 AWD2IE@8 AWD3IE@9 JQOVFIE@10"},
+            {0x08, 0, "CR", 0xB000003F, "ADCALDIF@30"},
+            {0x0C, 0x80000000, "CFGR", 0xFFDEBFFB, "AUTDLY@14 DISCEN@16 JQM@21"},
+            {0x10, 0, "CFGR2", 0x107FF, "SWTRIG@25 BULB@26 SMPTRIG@27"},
             {0x14, 0, "SMPR1", 0x3FFFFFFF, "SMPPLUS@31"},
             {0x18, 0, "SMPR2", 0x07FFFFFF},
             {0x20, 0x0FFF0000, "TR1", 0x0FFF0FFF, "AWDFILT@12-14"},
@@ -76,11 +24,15 @@ std::vector<Register> adc_registers() {
             {0x38, 0, "SQR3", kAllBits},
             {0x3C, 0, "SQR4", kAllBits},
             {0x40, 0, "DR", kAllBits},
-            {0x4C, 0, "JSQR", 0, "JL@0-1 JEXTSEL@2-6 JEXTEN@7-8 JSQ1@9-13 JSQ2@15-19 JSQ3@21-25 JSQ4@27-31"},
+            {0x4C, 0, "JSQR", 0xFBEFBFFF},
             {0x60, 0, "OFR1", 0xFE000FFF, kOffsets},
             {0x64, 0, "OFR2", 0xFE000FFF, kOffsets},
             {0x68, 0, "OFR3", 0xFE000FFF, kOffsets},
             {0x6C, 0, "OFR4", 0xFE000FFF, kOffsets},
+            {0x80, 0, "JDR1", kAllBits},
+            {0x84, 0, "JDR2", kAllBits},
+            {0x88, 0, "JDR3", kAllBits},
+            {0x8C, 0, "JDR4", kAllBits},
             {0xA0, 0, "AWD2CR", 0, "AWD2CH@0-18"},
             {0xA4, 0, "AWD3CR", 0, "AWD3CH@0-18"},
             {0xB0, 0, "DIFSEL", 0, "DIFSEL@0-18"},
@@ -114,6 +66,9 @@ Adc::Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& p
 }
 
 unsigned Adc::channel() const {
+    if (state_.injects) {
+        return field(registers_[adc::kJsqr], 9 + 6 * state_.injected_rank, 5);
+    }
     const unsigned place = state_.rank + 1;  // SQR1 begins with the length
     return field(registers_[adc::kSqr1 + 4 * (place / 5)], 6 * (place % 5), 5);
 }
@@ -127,14 +82,37 @@ Ticks Adc::sampling_time() const {
 
 bool Adc::is_by_software() const { return field(registers_[adc::kCfgr], 10, 2) == 0; }
 
-void Adc::trigger(unsigned source) {
+/// `settings`: number of the source in five bits, then the edge.
+bool Adc::is_triggered(std::uint32_t settings, unsigned source) {
+    const std::uint32_t edge = settings >> 5U;
+    const bool is_chosen = edge != 0 && field(settings, 0, 5) == source;
+    fail_if(is_chosen && edge == 2, "conversions on the falling edge of a trigger are not in this model");
+    return is_chosen;
+}
+
+void Adc::trigger(unsigned source, unsigned injected_source) {
+    if (is_set(state_.control, adc::kStartInjected) && is_triggered(field(registers_[adc::kJsqr], 2, 7), injected_source)) {
+        fail_if(state_.injects, "an injected sequence lasts longer than the time between two triggers");
+        inject();
+    }
     const std::uint32_t cfgr = registers_[adc::kCfgr];
-    if (!runs() || is_by_software() || field(cfgr, 5, 5) != source) {
+    if (!runs() || !is_triggered(field(cfgr, 5, 7), source)) {
         return;
     }
-    fail_if(field(cfgr, 10, 2) == 2, "conversions on the falling edge of a trigger are not in this model");
-    fail_if(finished_.is_due(), "a conversion lasts longer than the time between two triggers");
-    convert();
+    const bool converts = state_.postponed || (finished_.is_due() && !state_.injects);
+    if (converts && is_set(cfgr, adc::kContinuous)) {
+        return;
+    }
+    fail_if(converts, "a conversion lasts longer than the time between two triggers");
+    convert_regular();
+}
+
+/// At once, or after the injected sequence that runs.
+void Adc::convert_regular() {
+    state_.postponed = state_.injects;
+    if (!state_.injects) {
+        convert();
+    }
 }
 
 void Adc::convert() {
@@ -154,14 +132,14 @@ std::uint32_t Adc::corrected(std::uint32_t code) const {
     }
     for (std::uint32_t offset = adc::kOffset1; offset < adc::kOffset1 + 16; offset += 4) {
         const std::uint32_t setting = registers_[offset];
-        if (is_set(setting, 31) && field(setting, 26, 5) == channel()) {
+        if (is_set(setting, 31) && field(setting, 26, 5) == channel() && !oversamples()) {
             const std::uint32_t shift = 2 * field(cfgr, 3, 2);
             code -= field(setting, 0, 12) >> shift;
             const bool saturates = is_set(setting, 25);
             code = saturates && static_cast<std::int32_t>(code) < 0 ? 0 : code;
         }
     }
-    const bool left = is_set(cfgr, adc::kAlignLeft) && !is_set(registers_[adc::kCfgr2], adc::kOversample);
+    const bool left = is_set(cfgr, adc::kAlignLeft) && !oversamples();
     return (left ? code << adc::kLeftShifts[field(cfgr, 3, 2)] : code) & 0xFFFFU;
 }
 
@@ -173,24 +151,33 @@ void Adc::finish() {
     code >>= 2 * resolution;
     converted_ = machine_.now();
     state_.flags |= 1U << adc::kEndOfSampling;
-    if (!is_set(registers_[adc::kCfgr2], adc::kOversample)) {
-        store_result(corrected(code));
+    if (!oversamples()) {
+        store(corrected(code));
         return;
     }
-    state_.sum += code;
+    auto& [sum, codes] = state_.sums[state_.injects ? 1 : 0];
+    sum += code;
     const unsigned ratio = 2U << field(registers_[adc::kCfgr2], 2, 3);
-    if (++state_.summed == ratio) {
-        const std::uint32_t result = state_.sum >> field(registers_[adc::kCfgr2], 5, 4) & 0xFFFFU;
-        state_.sum = 0;
-        state_.summed = 0;
-        store_result(corrected(result));
-    } else if (!is_set(registers_[adc::kCfgr2], adc::kTriggerEach)) {
+    if (++codes == ratio) {
+        const std::uint32_t result = std::exchange(sum, 0) >> field(registers_[adc::kCfgr2], 5, 4) & 0xFFFFU;
+        codes = 0;
+        store(corrected(result));
+    } else if (state_.injects || !is_set(registers_[adc::kCfgr2], adc::kTriggerEach)) {
         convert();
     }
 }
 
-void Adc::store_result(std::uint32_t result) {
+void Adc::store(std::uint32_t result) {
     check_watchdog(result);
+    if (state_.injects) {
+        store_injected(result);
+    } else {
+        store_regular(result);
+    }
+    show_interrupt();
+}
+
+void Adc::store_regular(std::uint32_t result) {
     const std::uint32_t cfgr = registers_[adc::kCfgr];
     const bool unread = is_set(state_.flags, adc::kEndOfConversion);
     state_.flags |= flag(unread, adc::kOverrun);
@@ -205,7 +192,6 @@ void Adc::store_result(std::uint32_t result) {
         state_.waits = !dma_.request(params_.request);
     }
     advance_sequence();
-    show_interrupt();
 }
 
 void Adc::advance_sequence() {
@@ -220,18 +206,22 @@ void Adc::advance_sequence() {
     if (!runs()) {
         return;
     }
-    if (!last || is_set(cfgr, adc::kContinuous)) {
-        convert();
-    } else if (is_by_software()) {
+    const bool again = is_set(cfgr, adc::kContinuous);
+    if (last && !again && is_by_software()) {
         state_.control &= ~(1U << adc::kStart);
+    }
+    if (last && is_automatic()) {
+        inject();
+        state_.postponed = again;
+    } else if (!last || again) {
+        convert();
     }
 }
 
 void Adc::check_watchdog(std::uint32_t result) {
     const std::uint32_t cfgr = registers_[adc::kCfgr];
-    const bool is_watched = is_set(cfgr, 23) && (!is_set(cfgr, 22) || field(cfgr, 26, 5) == channel());
-    const bool oversamples = is_set(registers_[adc::kCfgr2], adc::kOversample);
-    const std::uint32_t seen = oversamples ? result >> 4U
+    const bool is_watched = is_set(cfgr, state_.injects ? 24 : 23) && (!is_set(cfgr, 22) || field(cfgr, 26, 5) == channel());
+    const std::uint32_t seen = oversamples() ? result >> 4U
                                : is_set(cfgr, adc::kAlignLeft)
                                    ? result >> (adc::kLeftShifts[field(cfgr, 3, 2)] - 2 * field(cfgr, 3, 2))
                                    : result << 2 * field(cfgr, 3, 2);
@@ -274,23 +264,25 @@ void Adc::enable() {
 }
 
 void Adc::start() {
-    fail_if(!is_set(state_.control, adc::kEnable) || !state_.is_ready, "conversion starts before ADRDY");
-    if (runs()) {
-        return;
-    }
     state_.control |= 1U << adc::kStart;
-    state_.sum = 0;
-    state_.summed = 0;
+    state_.sums[0] = {};
     state_.rank = 0;
     state_.waits = false;
     if (is_by_software()) {
-        convert();
+        convert_regular();
     }
 }
 
 void Adc::stop() {
     state_.control &= ~(1U << adc::kStart);
-    finished_.cancel();
+    state_.postponed = false;
+    if (is_automatic()) {  // ADSTP ends both sequences
+        state_.injects = false;
+        state_.injected_rank = 0;
+    }
+    if (!state_.injects) {
+        finished_.cancel();
+    }
     converted_.reset();
     state_.rank = 0;
 }
@@ -305,16 +297,24 @@ void Adc::control(std::uint32_t value) {
         enable();
     }
     if (is_set(value, adc::kDisable)) {
-        fail_if(runs(), "the converter is disabled (ADDIS) while it converts; stop it with ADSTP first");
+        fail_if(is_busy(), "the converter is disabled (ADDIS) while it converts; stop it with ADSTP or JADSTP first");
         state_.control &= ~(1U << adc::kEnable);
         state_.is_ready = false;
         ready_.cancel();
     }
-    if (is_set(value, adc::kStart)) {
+    const bool starts = is_set(value, adc::kStart) || is_set(value, adc::kStartInjected);
+    fail_if(starts && !state_.is_ready, "conversion starts before ADRDY");
+    if (is_set(value, adc::kStart) && !runs()) {
         start();
     }
-    if (is_set(value, adc::kStop) && runs()) {
+    if (is_set(value, adc::kStartInjected) && !is_set(state_.control, adc::kStartInjected)) {
+        start_injected();
+    }
+    if (is_set(value, adc::kStop) && (runs() || (is_automatic() && state_.injects))) {
         stop();
+    }
+    if (is_set(value, adc::kStopInjected) && is_set(state_.control, adc::kStartInjected)) {
+        stop_injected();
     }
 }
 
@@ -330,13 +330,20 @@ std::uint32_t Adc::read(std::uint32_t offset) {
             show_interrupt();
             return registers_[adc::kDr];
         default:
+            if (offset - adc::kJdr1 < 16) {
+                state_.flags &= ~(1U << adc::kEndOfInjectedConversion);
+                show_interrupt();
+            }
             return registers_.at(offset);
     }
 }
 
 void Adc::apply(std::uint32_t offset, std::uint32_t value) {
     const bool set_up = offset != adc::kIsr && offset != adc::kIer && offset != adc::kCr && offset != adc::kTr1;
-    fail_if(set_up && runs(), "register is written while conversions run");
+    const bool is_sequence = offset >= adc::kSqr1 && offset < adc::kDr;
+    fail_if(set_up && ((runs() && offset != adc::kJsqr) || (injects_or_waits() && !is_sequence)),
+            "register is written while conversions run");
+    fail_if(offset == adc::kDr || offset - adc::kJdr1 < 16, "results are read-only");
     switch (offset) {
         case adc::kIsr:
             state_.flags &= ~value;
@@ -344,8 +351,9 @@ void Adc::apply(std::uint32_t offset, std::uint32_t value) {
         case adc::kCr:
             control(value);
             break;
-        case adc::kDr:
-            throw RunFailure("DR is read-only");
+        case adc::kCfgr:
+            registers_.at(adc::kJsqr) &= is_set(value ^ registers_[adc::kCfgr], adc::kQueueOff) ? 0U : kAllBits;
+            [[fallthrough]];
         default:
             registers_.at(offset) = value;
     }

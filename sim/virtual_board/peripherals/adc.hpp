@@ -1,4 +1,5 @@
-// Analog-to-digital converter (RM0440 section 21): regular sequences by software or trigger, oversampling, offsets, watchdog 1.
+// Analog-to-digital converter (RM0440 section 21): regular and injected sequences by software or trigger, oversampling,
+// offsets, watchdog 1.
 #pragma once
 
 #include <array>
@@ -52,8 +53,8 @@ class Adc final : public RegisterPeripheral {
 public:
     Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& params);
 
-    /// External trigger `source`: starts a conversion if the converter is configured for it.
-    void trigger(unsigned source);
+    /// External trigger, by its numbers in CFGR and JSQR: starts a conversion if the converter is configured for it.
+    void trigger(unsigned source, unsigned injected_source);
     [[nodiscard]] Ticks sampling_time() const;
     /// Channel of the present conversion.
     [[nodiscard]] unsigned channel() const;
@@ -81,16 +82,28 @@ private:
     void start();
     void stop();
     void convert();
+    void convert_regular();
     void finish();
     void advance_sequence();
+    void start_injected();
+    void stop_injected();
+    void inject();
+    void resume();
+    static bool is_triggered(std::uint32_t settings, unsigned source);
     [[nodiscard]] bool may_be_wrong() const;
     [[nodiscard]] bool is_powered() const;
     [[nodiscard]] bool is_by_software() const;
+    [[nodiscard]] bool is_automatic() const { return is_set(registers_[0x0C], 25); }  // JAUTO
+    [[nodiscard]] bool oversamples() const { return is_set(registers_[0x10], state_.injects ? 1 : 0); }
+    [[nodiscard]] bool injects_or_waits() const { return state_.injects || is_set(state_.control, 3); }
     [[nodiscard]] std::uint32_t corrected(std::uint32_t code) const;
-    void store_result(std::uint32_t result);
+    void store(std::uint32_t result);
+    void store_regular(std::uint32_t result);
+    void store_injected(std::uint32_t result);
     void check_watchdog(std::uint32_t result);
     void show_interrupt();
     [[nodiscard]] bool runs() const { return is_set(state_.control, 2); }
+    [[nodiscard]] bool is_busy() const { return runs() || injects_or_waits(); }
 
     Machine& machine_;
     Dma& dma_;
@@ -105,11 +118,17 @@ private:
     struct State {
         std::uint32_t control = 1U << 29U;  // DEEPPWD
         std::uint32_t flags = 0;
-        std::uint32_t sum = 0;
-        unsigned summed = 0;
-        unsigned rank = 0;      // in the sequence, from 0
-        bool is_ready = false;  // ADRDY was set; software may have cleared the flag since
-        bool waits = false;     // a DMA request
+        struct Sum {
+            std::uint32_t sum = 0;
+            unsigned codes = 0;
+        };
+        std::array<Sum, 2> sums;     // of the oversampler: regular, injected
+        unsigned rank = 0;           // in the regular sequence, from 0
+        unsigned injected_rank = 0;  // in the injected sequence
+        bool injects = false;        // an injected conversion runs
+        bool postponed = false;      // a regular conversion follows the injected sequence
+        bool is_ready = false;       // ADRDY was set; software may have cleared the flag since
+        bool waits = false;          // a DMA request
     } state_;
     bool stuck_ = false;
 };
