@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "board/host/commands/calibration_files.hpp"
+#include "board/host/calibration/calibration_files.hpp"
 #include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
@@ -91,9 +91,9 @@ public:
     }
 
     /// Writes the calibration with these numbers: pick_up, low_pick_up (in phase, quadrature, deviation: 19), or ratio, phase_rad
-    /// with floor, lag_s. json: result of the command, which is completed. Returns it, and the last lines of the text.
-    py::tuple write(const std::map<std::string, std::vector<double>>& found, const std::string& json,
-                    const std::vector<std::string>& warnings) {
+    /// with floor, lag_s. json: result of the command, which is completed. Returns it.
+    std::string write(const std::map<std::string, std::vector<double>>& found, const std::string& json,
+                      const std::vector<std::string>& warnings) {
         auto& c = file_.calibration;
         auto& low = c.low_band;
         if (found.contains("ratio")) {
@@ -113,7 +113,7 @@ public:
         }
         host::CalibrationReport report{host::Json::parse(json), warnings};
         write_calibration(files_, file_, report);
-        return py::make_tuple(report.json.dump(), host::common_text(report.json));
+        return host::json_line(report.json);
     }
 
 private:
@@ -125,10 +125,7 @@ private:
 
 void add_bands(py::module_& module) {
     py::class_<Bands>(module, "Bands")
-        .def(py::init([](std::vector<std::string> data, std::string calibration, std::string out, std::string blob) {
-            return std::make_unique<Bands>(
-                host::CalibrationFiles{std::move(data), std::move(calibration), "", std::move(out), std::move(blob), "", false});
-        }))
+        .def(py::init<host::CalibrationFiles>())
         .def("coils", &Bands::coils)
         .def("columns", &Bands::columns)
         .def("write", &Bands::write);

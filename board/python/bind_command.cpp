@@ -23,33 +23,14 @@ namespace {
 namespace py = pybind11;
 
 constexpr host::OwnCommand kOwn[] = {
-    {"run", host::add_run_command},
-    {"serve", host::add_serve_command},
+    {"run", host::add_run_command},         {"serve", host::add_serve_command},
 #ifdef TRICOIL_WITH_WEB
     {"demo", host::add_demo_command},
 #endif
-    {"replay", host::add_replay_command},
-    {"smooth", host::add_smooth_command},
-    {"convert", host::add_convert_command},
-    {"plot", host::add_python_command},
-#ifdef TRICOIL_WITH_CALIBRATION
-    {"calibrate", host::add_calibrate_command, host::renew_calibrate},
-    {"evaluate", host::add_python_command},
-#endif
-    {"couplings", host::add_python_command},
-    {"bench", host::add_python_command},
-    {"demodulate", host::add_python_command},
-    {"design", host::add_python_command},
-    {"truth", host::add_python_command},
-    {"generator", host::add_python_command},
-    {"device", host::add_device_command},
-    {"doctor", host::add_doctor_command},
-    {"selfcheck", host::add_selfcheck_command},
-    {"protocol", host::add_python_command},
-    {"motion", host::add_python_command},
-    {"figures", host::add_python_command},
-    {"help", host::add_help_command},
-    {"completion", host::add_completion_command},
+    {"replay", host::add_replay_command},   {"smooth", host::add_smooth_command},
+    {"convert", host::add_convert_command}, {"device", host::add_device_command},
+    {"doctor", host::add_doctor_command},   {"selfcheck", host::add_selfcheck_command},
+    {"help", host::add_help_command},       {"completion", host::add_completion_command},
 };
 
 /// Exit code, and the text that the command printed.

@@ -2,12 +2,12 @@
 // dipoles, and the calibration with them.
 #include <pybind11/stl.h>
 
+#include "board/host/calibration/calibration_files.hpp"
 #include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
-#include "board/host/commands/calibration_files.hpp"
 #include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
@@ -150,9 +150,9 @@ public:
     }
 
     /// Writes the calibration with these dipoles. misfit_share: what remains. rigid: (2, 12) as in data(), or empty: those of the
-    /// coils. json: result of the command, which is completed. Returns it, and the last lines of the text.
-    py::tuple write(const Array& dipoles, const Array& quadrature, double deviation, double misfit_share, const Array& rigid,
-                    const std::string& json) {
+    /// coils. json: result of the command, which is completed. Returns it.
+    std::string write(const Array& dipoles, const Array& quadrature, double deviation, double misfit_share, const Array& rigid,
+                      const std::string& json) {
         CalibrationFile file = coils_;
         file.calibration.quadrature_floor = 1;  // of the coils alone
         set_surroundings(file, dipoles_of(dipoles), {dipoles_of(quadrature), deviation});
@@ -170,7 +170,7 @@ public:
                 "no quadratures of the surroundings, or too small ones: poses do not show metal that moves by a few centimetres");
         }
         write_calibration(files_, file, report);
-        return py::make_tuple(report.json.dump(), host::common_text(report.json));
+        return host::json_line(report.json);
     }
 
 private:
@@ -236,14 +236,8 @@ private:
 
 void add_surroundings(py::module_& module) {
     py::class_<Surroundings>(module, "Surroundings")
-        .def(py::init([](std::vector<std::string> data, std::string calibration, std::string out, std::string blob,
-                         std::string wiring, bool refit_fixtures, std::optional<double> spacing_mm,
-                         const std::optional<host::GridSize>& nodes, const std::array<double, 3>& hemisphere) {
-            return std::make_unique<Surroundings>(
-                host::CalibrationFiles{std::move(data), std::move(calibration), "", std::move(out), std::move(blob),
-                                       std::move(wiring), false},
-                refit_fixtures, spacing_mm, nodes, hemisphere);
-        }))
+        .def(
+            py::init<host::CalibrationFiles, bool, std::optional<double>, std::optional<host::GridSize>, std::array<double, 3>>())
         .def("data", &Surroundings::data)
         .def("model", &Surroundings::model)
         .def("solve", &Surroundings::solve)

@@ -46,6 +46,7 @@ PYBIND11_MODULE(_tricoil, module) {
     add_source(module);
     add_solver(module);
 #ifdef TRICOIL_WITH_CALIBRATION
+    add_calibrate(module);
     add_bands(module);
     add_evaluate(module);
     add_surroundings(module);

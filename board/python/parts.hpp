@@ -15,7 +15,8 @@ inline std::optional<calibration::Calibration<double>> calibration_of(const std:
     return file.empty() ? std::nullopt : std::optional(host::read_coils(file));
 }
 
-void add_bands(pybind11::module_& module);  // in builds with calibration
+void add_bands(pybind11::module_& module);      // in builds with calibration
+void add_calibrate(pybind11::module_& module);  // in builds with calibration
 void add_command(pybind11::module_& module);
 void add_evaluate(pybind11::module_& module);  // in builds with calibration
 void add_figures(pybind11::module_& module);

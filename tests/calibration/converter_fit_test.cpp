@@ -205,6 +205,7 @@ TEST(ConverterFit, IgnoresAnOutlier) {
     EXPECT_LT(error_mm(fit.coils, corrected(others, fit.errors)), 0.15);
 }
 
+#ifdef TRICOIL_WITH_PYTHON
 /// `tricoil calibrate converters` with a file of rests.
 class Command : public ::testing::Test {
 protected:
@@ -456,6 +457,8 @@ TEST_F(Command, RefusesDamagedErrorsInTheCalibration) {
     std::ofstream(kToml) << text;
     refused(test::tricoil(run), "'converters.code_jumps_2' is missing; 'converters.code_jumpz_2' is not a known key");
 }
+
+#endif
 
 TEST(ConverterFit, RefusesUnknownLevelsAndFewPoses) {
     DrawnBoard board(1);

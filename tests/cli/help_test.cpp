@@ -109,7 +109,7 @@ TEST(Manual, APageForEachCommandWithItsOptions) {
     std::filesystem::create_directories(folder);
     ASSERT_EQ(tricoil("__manual " + folder).exit_code, 0);
     const auto parts = std::filesystem::path(TRICOIL_PROGRAM).parent_path().parent_path() / "libexec/tricoil";
-    for (const char* part : {"tricoil-serve", "tricoil-tools", "tricoil-calibration"}) {
+    for (const char* part : {"tricoil-serve", "tricoil-tools"}) {
         ASSERT_EQ(std::system(((parts / part).string() + " __manual " + folder).c_str()), 0) << part;
     }
     const std::string overview = read_file(folder + "/tricoil.1");

@@ -11,6 +11,7 @@ from folder_case import FolderCase
 from scipy.spatial.transform import Rotation
 import tricoil
 from tricoil import _tricoil
+from tricoil._calibration_files import files_of
 from tricoil._induced import LENGTH_M, Coils, rows_of
 from tricoil._levenberg import Blocks, minimise
 from tricoil._surroundings_fit import Placed, Search, Unknowns, _Clearance, check_places
@@ -177,7 +178,7 @@ class Command(FolderCase):
             self.assertEqual(file.read(), expected.read())
 
     def test_model_of_coils_and_dipoles(self):
-        room = _tricoil.Surroundings([self.data], self.coils, self.path("x.toml"), "", "", False, None, None, [1, 0, 0])
+        room = _tricoil.Surroundings(files_of([self.data], self.path("x.toml"), calibration=self.coils), False, None, None, [1, 0, 0])
         _, poses, _, numbers = room.data()
         self.assertEqual(poses.shape, (27, 30))
         dipoles = rows_of(np.array([[4.0, 0, -5, -5, -4, -6, 0.5, 1, -1], [1, 2, -6, -3, -3, -3, 0, 0, 0]]))

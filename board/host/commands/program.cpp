@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "board/command_line/parse.hpp"
+#include "board/host/commands/command_list.hpp"
 #include "board/host/commands/option_values.hpp"
 #include "board/host/commands/user_defaults.hpp"
 #include "board/support/components.hpp"
@@ -38,17 +39,17 @@ const std::vector<HelpSection> kHelpSections{
       {"/usr/share/doc/tricoil/examples/board.toml", "Example configuration with every key."}}},
 };
 
+constexpr const char* kHere = "tricoil";
+constexpr const char* kServe = "tricoil-serve";
+constexpr const char* kTools = "tricoil-tools";
+
 struct ListedCommand {
     const char* group;
     const char* name;
     const char* description;
-    const char* executable = "tricoil";
+    const char* executable = kHere;
     std::optional<Component> component = {};
 };
-
-constexpr const char* kServe = "tricoil-serve";
-constexpr const char* kCalibration = "tricoil-calibration";
-constexpr const char* kTools = "tricoil-tools";
 
 // In the order of the help.
 constexpr ListedCommand kCommands[] = {
@@ -59,33 +60,33 @@ constexpr ListedCommand kCommands[] = {
     {"Recordings", "replay", "Track a recording again: bit for bit, or with another tracker", kTools},
     {"Recordings", "smooth", "Best estimate of a recorded motion: each pose from the columns before and after it", kTools},
     {"Recordings", "convert", "Convert the poses of a recording for other programs", kTools},
-    {"Recordings", "plot", "Draw path, position errors or standard deviations, and flags of poses", kTools},
-    {"Calibration and evaluation", "design", "Signal to noise and error over range of planned coils; a printed grid", kTools},
+    {"Recordings", "plot", "Draw path, position errors or standard deviations, and flags of poses"},
+    {"Calibration and evaluation", "design", "Signal to noise and error over range of planned coils; a printed grid"},
     {"Calibration and evaluation", "calibrate",
-     "Calibrate coils and fixtures from measured couplings, or the tip of a pointer from poses", kCalibration,
+     "Calibrate coils and fixtures from measured couplings, or the tip of a pointer from poses", kHere, Component::calibration},
+    {"Calibration and evaluation", "evaluate", "Pose errors of a calibrated tracker against ground truth", kHere,
      Component::calibration},
-    {"Calibration and evaluation", "evaluate", "Pose errors of a calibrated tracker against ground truth", kCalibration,
-     Component::calibration},
-    {"Calibration and evaluation", "couplings", "Poses from recorded couplings of two bands, corrected for metal", kTools},
-    {"Calibration and evaluation", "demodulate", "Compute the signal matrix and its scatter from a raw ADC recording", kTools},
-    {"Calibration and evaluation", "bench", "A tracker on the bench: rest, pivot, distances on a board, hinge, pendulum", kTools},
-    {"Calibration and evaluation", "truth", "One reference path from optics, a robot's joints and an inertial sensor", kTools},
+    {"Calibration and evaluation", "couplings", "Poses from recorded couplings of two bands, corrected for metal"},
+    {"Calibration and evaluation", "demodulate", "Compute the signal matrix and its scatter from a raw ADC recording"},
+    {"Calibration and evaluation", "bench", "A tracker on the bench: rest, pivot, distances on a board, hinge, pendulum"},
+    {"Calibration and evaluation", "truth", "One reference path from optics, a robot's joints and an inertial sensor"},
     {"Calibration and evaluation", "generator",
-     "Sensors of one coil in the field of up to 16 source coils: simulate, solve, calibrate", kTools},
+     "Sensors of one coil in the field of up to 16 source coils: simulate, solve, calibrate"},
     {"Devices", "device", "List, identify, watch and configure front ends and tracker boards", kTools},
     {"Devices", "doctor", "Check udev rules, devices and ports of this machine; each failure with its mend", kTools},
     {"Devices", "selfcheck", "Run the self-check of the core: known answers, error model, arithmetic", kTools},
-    {"Devices", "protocol", "Print the page of the wire protocol, or write it and a DBC file for CAN tools", kTools},
-    {"Error model", "motion", "Compare the movement-induced error model with a simulation", kTools},
+    {"Devices", "protocol", "Print the page of the wire protocol, or write it and a DBC file for CAN tools"},
+    {"Error model", "motion", "Compare the movement-induced error model with a simulation"},
     {"Error model", "figures",
-     "Write figures as CSV and SVG: 1 to 6 of the paper, comparison of closed and open loop, error budget, metal", kTools},
+     "Write figures as CSV and SVG: 1 to 6 of the paper, comparison of closed and open loop, error budget, metal"},
     {"Help", "help", "Print the help of a command, with examples"},
     {"Help", "completion", "Print the completion script of a shell"},
 };
 
-const OwnCommand* find_own(std::span<const OwnCommand> own, std::string_view name) {
+/// Adds the options of a command that this executable contains, or that is in Python; null: another executable contains it.
+auto find_own(std::span<const OwnCommand> own, const std::string& name) -> decltype(OwnCommand::add) {
     const auto found = std::find_if(own.begin(), own.end(), [&](const OwnCommand& one) { return one.name == name; });
-    return found == own.end() ? nullptr : &*found;
+    return found != own.end() ? found->add : is_in_python(name) ? add_python_command : nullptr;
 }
 
 /// The command that the words name, also behind `help` and in a request for candidates; null: none.
@@ -161,10 +162,11 @@ int continue_in_python(const CLI::App& command) {
 }
 
 int run_program(const std::vector<std::string>& arguments, std::span<const OwnCommand> own, const ProgramIdentity& identity) {
-    if (const ListedCommand* const named = named_command(arguments); named != nullptr && find_own(own, named->name) == nullptr) {
-        if (named->component) {
-            require(*named->component, named->name);
-        }
+    const ListedCommand* const named = named_command(arguments);
+    if (named != nullptr && named->component) {
+        require(*named->component, named->name);
+    }
+    if (named != nullptr && find_own(own, named->name) == nullptr) {
         const auto path = program_part(named->executable, named->name);
         return continue_as(
             path, identity.typed_name, arguments,
@@ -181,8 +183,8 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
     CommandLineParams params{option_values(program), kHelpSections, {}};
     for (const ListedCommand& listed : kCommands) {
         CLI::App* const sub = program.add_subcommand(listed.name, listed.description);
-        if (const OwnCommand* const command = find_own(own, listed.name); command != nullptr) {
-            command->add(sub, action);
+        if (const auto add = find_own(own, listed.name); add != nullptr) {
+            add(sub, action);
         } else {
             params.without_manual.insert(listed.name);
         }
@@ -190,9 +192,8 @@ int run_program(const std::vector<std::string>& arguments, std::span<const OwnCo
     }
     set_examples(&program, kExamples);  // after the subcommands, which would inherit them
     std::vector<std::string> words = take_verbosity(arguments);
-    const OwnCommand* const first = words.empty() ? nullptr : find_own(own, words.front());
-    if (first != nullptr && first->renew != nullptr) {
-        words = first->renew(words);
+    if (!words.empty() && words.front() == "calibrate") {
+        words = renew_calibrate(words);
     }
     if (identity.uses_defaults) {
         words = with_user_defaults(program, std::move(words));

@@ -19,8 +19,6 @@ using Action = std::function<int()>;
 struct OwnCommand {
     const char* name;
     void (*add)(CLI::App* sub, Action& action);
-    /// Replaces the spelling of the last version in the words of a command line, with a notice; null: it is today's.
-    std::vector<std::string> (*renew)(const std::vector<std::string>& words) = nullptr;
 };
 
 /// Of the executable that includes main.cpp.

@@ -140,6 +140,8 @@ std::vector<std::string> add_reader_options(CLI::App* sub, const std::string& tw
     return names;
 }
 
+bool is_in_python(const std::string& command) { return commands().contains(command); }
+
 void add_python_command(CLI::App* sub, Action& action) {
     add_command(sub, commands().at(sub->get_name()), action);
     if (CLI::Option* const ratio = sub->get_option_no_throw("--ratio"); ratio != nullptr) {

@@ -38,9 +38,11 @@ MODULES = {"bench": ("_bench", "one"), "calibrate wiring": ("_wiring_command", "
            "couplings": ("_couplings_command", "none"), "demodulate": ("_demodulate", "one"),
            "design": ("_design", "none"), "evaluate": ("_evaluate", "all"), "figures": ("_figures", "none"), "motion": ("_motion_example", "none"), "truth": ("_truth_command", "all"),
            "generator simulate": ("_generator_simulate", "none"), "generator solve": ("_generator_solve", "all"),
-           "generator track": ("_generator_track", "all"), "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "calibrate surroundings": ("_surroundings", "all"), "calibrate low-band": ("_low_band", "all"),
+           "generator track": ("_generator_track", "all"), "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "calibrate surroundings": ("_surroundings", "all"), "calibrate stage": ("_calibrate_stage", "all"),
+           "calibrate converters": ("_calibrate_converters", "all"), "calibrate grid": ("_calibrate_grid", "all"),
+           "calibrate free-motion": ("_calibrate_free_motion", "all"), "calibrate low-band": ("_low_band", "all"),
            "calibrate pick-up": ("_pick_up", "all"), "plot": ("_plot_command", "one"), "protocol": ("_protocol", "none")}
-WITH_CALIBRATION = ("evaluate", "calibrate low-band", "calibrate pick-up", "calibrate surroundings")  # a wheel's extension module is built without it
+WITH_CALIBRATION = ("evaluate", *(f"calibrate {kind}" for kind in ("stage", "converters", "grid", "free-motion", "low-band", "pick-up", "surroundings")))  # a wheel's extension module is built without it
 NEEDED = {"demodulate": "carrier_hz", "figures": "out"}
 
 
@@ -57,6 +59,8 @@ def of_python(name, arguments, options) -> Any:
     needed = NEEDED.get(name)
     if (files != "all" and len(arguments) != (files == "one")) or (needed and needed not in options):
         raise ValueError(f"{name} takes {'one file' if files == 'one' else 'no files'}" + (f", and {needed}" if needed else ""))
+    if name == "convert" and options.get("out", "-") == "-":
+        raise ValueError("convert: the poses need a file; add out")
     module = importlib.import_module(f".{module_name}", __package__)
     if name == "calibrate pivot":
         return module.of_file(os.fspath(arguments[0]), options.pop("sensor", None), os.fspath(options.pop("out", "")), **options)
@@ -70,6 +74,22 @@ def of_python(name, arguments, options) -> Any:
         return result
     result = module.run(*((arguments,) if files == "all" else map(os.fspath, arguments)), **options)
     return result[0] if isinstance(result, tuple) else result
+
+
+OLD_KINDS = ("surroundings", "grid", "free_motion", "low_band", "pivot", "wiring", "converters")
+
+
+def _kind_of(arguments, options) -> str:
+    """The kind of `calibrate` in the last version's spelling, an option, which the program replaces with a notice; its option is removed."""
+    given = ["calibrate", *_words(options), "--", *map(os.fspath, arguments)]
+    renewed = _tricoil.renew_calibrate(given)
+    if renewed == given:
+        return "calibrate"
+    for old in OLD_KINDS:
+        value = options.pop(old, None)
+        if old == "wiring" and value is not None:
+            options["at"] = value
+    return f"calibrate {renewed[1]}"
 
 
 def _of_type(message):
@@ -91,6 +111,9 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
         raise ValueError(f"help: see `tricoil {name} --help`")
     if name == "evaluate" and options.get("dynamic"):
         return evaluate(arguments, **options)
+    name = name.strip()
+    if name == "calibrate" and hasattr(_tricoil, "renew_calibrate"):
+        name = _kind_of(arguments, options)
     if in_python(name, arguments, options):
         try:
             return of_python(name, arguments, {key: value for key, value in options.items() if value is not None and value is not False and key != "json"})

@@ -256,8 +256,9 @@ def table(_, files):
 COMMANDS = {"bench": bench, "convert": convert, "couplings": couplings, "demodulate": demodulate, "design": design, "evaluate": evaluate,
             "figures": figures, "motion": motion, "pivot": pivot, "plot": plot, "protocol": protocol, "table": table, "truth": truth,
             "wiring": wiring, **{name.replace("_", "-"): of_calibrate(f"_{name}") for name in ("low_band", "pick_up", "surroundings")},
+            **{name.replace("_", "-"): of_calibrate(f"_calibrate_{name}") for name in ("stage", "converters", "grid", "free_motion")},
             **{name: of_generator(name) for name in ("simulate", "solve", "track", "calibrate")}}
-WITHOUT_SCIPY = ("evaluate", "figures", "low-band", "motion", "pick-up", "plot", "protocol", "table")
+WITHOUT_SCIPY = ("converters", "evaluate", "figures", "free-motion", "grid", "low-band", "motion", "pick-up", "plot", "protocol", "stage", "table")
 
 
 class Interrupted(KeyboardInterrupt):
@@ -281,9 +282,10 @@ def start(name, words):
     os.environ["MPLCONFIGDIR"] = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "matplotlib")
     options, files = words_of(words)
     is_light = name in WITHOUT_SCIPY and not {"dynamic", "poses", "trajectory", "plan"} & options.keys()
-    for module in ("numpy",) if is_light else ("numpy", "scipy"):
-        if importlib.util.find_spec(module) is None:
-            refuse(f"{name}: needs NumPy and SciPy: install the packages python3-numpy and python3-scipy", 3)
+    needed = ("NumPy",) if is_light else ("NumPy", "SciPy")
+    if any(importlib.util.find_spec(module.lower()) is None for module in needed):
+        packages = " and ".join(f"python3-{module.lower()}" for module in needed)
+        refuse(f"{name}: needs {' and '.join(needed)}: install the package{'s' * (len(needed) > 1)} {packages}", 3)
     find_package()
     try:
         importlib.import_module("tricoil")

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _tricoil
+from ._calibration_files import end_text, files_of
 
 
 @dataclasses.dataclass
@@ -34,7 +35,7 @@ class Recorded:
     def __init__(self, data, calibration, out, blob=None):
         self.data = [os.fspath(folder) for folder in data]
         self.calibration, self.out = os.fspath(calibration), os.fspath(out)
-        self._file = _tricoil.Bands(self.data, self.calibration, self.out, "" if blob is None else os.fspath(blob))
+        self._file = _tricoil.Bands(files_of(self.data, out, blob, calibration))
         (self.source_moment, self.sensitivity), self.has_pick_up, self.has_low_pick_up = self._file.coils()
 
     def columns(self, folder: str) -> Columns:
@@ -49,6 +50,5 @@ class Recorded:
     def write(self, found: dict, result: dict, warnings: list[str], text) -> tuple[dict, str]:
         """Writes the calibration with the numbers found; the complete result of the command, and its text."""
         numbers = {name: np.ravel(value).tolist() for name, value in found.items()}
-        complete, end = self._file.write(numbers, json.dumps(result), warnings)
-        result = json.loads(complete)
-        return result, text(result) + end
+        result = json.loads(self._file.write(numbers, json.dumps(result), warnings))
+        return result, text(result) + end_text(result)

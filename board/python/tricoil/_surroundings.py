@@ -2,12 +2,12 @@
 
 import dataclasses
 import json
-import os
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _tricoil
+from ._calibration_files import end_text, files_of, half_space, node_counts, number
 from ._induced import Coils
 from ._surroundings_fit import Placed, fit_surroundings, upper_median
 
@@ -57,35 +57,14 @@ def _refuse_bad_fit(without: ModelErrors, found: ModelErrors, truth_m) -> None:
                          f"{found.not_converged} of {len(truth_m)} poses without a solution; use the calibration without surroundings")
 
 
-def _numbers(option, value, count, kind):
-    """A list of the program, or a sequence."""
-    if value is None:
-        return None
-    try:
-        numbers = [kind(one) for one in (value.split(",") if isinstance(value, str) else value)]
-    except (TypeError, ValueError):
-        numbers = []
-    if len(numbers) != count or not np.all(np.isfinite(numbers)):
-        raise ValueError(f"--{option} needs {count} {'whole ' if kind is int else ''}numbers; got {value}")
-    return numbers
-
-
 def _open(files, calibration, out, blob, wiring, refit_fixtures, spacing_mm, nodes, hemisphere):
     if spacing_mm is not None and refit_fixtures:
         raise ValueError("--refit-fixtures and --spacing-mm: the place of a grid is always estimated; remove --refit-fixtures")
     for name, value in (("nodes", nodes), ("hemisphere", hemisphere)):
         if value is not None and spacing_mm is None:
             raise ValueError(f"--{name} requires --spacing-mm")
-    if nodes is not None:
-        nodes = _numbers("nodes", nodes, 3, int)
-        if not 1 <= min(nodes) <= max(nodes) <= 1000:
-            raise ValueError(f"--nodes must be 1 to 1000; got {','.join(map(str, nodes))}")
-    towards = _numbers("hemisphere", hemisphere, 3, float) or [1, 0, 0]
-    if not any(towards):
-        raise ValueError("--hemisphere must be a direction: three finite numbers, not all zero")
-    paths = [os.fspath(path) if path is not None else "" for path in (calibration, out, blob, wiring)]
-    return _tricoil.Surroundings([os.fspath(file) for file in files], *paths, bool(refit_fixtures), None if spacing_mm is None else float(spacing_mm),
-                                 nodes, towards)
+    return _tricoil.Surroundings(files_of(files, out, blob, calibration, wiring=wiring), bool(refit_fixtures), number("spacing-mm", spacing_mm),
+                                 node_counts(nodes), half_space(hemisphere) or [1, 0, 0])
 
 
 def run(files, calibration, out, blob=None, wiring=None, refit_fixtures=False, spacing_mm=None, nodes=None, hemisphere=None) -> tuple[dict, str]:
@@ -114,9 +93,8 @@ def run(files, calibration, out, blob=None, wiring=None, refit_fixtures=False, s
         result["frame_source"] = {"translation_m": fit.frame[1].tolist(), "rotation": fit.frame[0].tolist()}
         result["sensor_m"] = fit.mount[1].tolist()
     rigid = [np.append(rotation, translation) for rotation, translation in (fit.frame, fit.mount)] if refit_fixtures else []
-    complete, end = room.write(fit.dipoles, fit.quadrature, fit.quadrature_deviation, float(np.max(found.misfit_share)), rigid, json.dumps(result))
-    result = json.loads(complete)
-    return result, _text(result) + end
+    result = json.loads(room.write(fit.dipoles, fit.quadrature, fit.quadrature_deviation, float(np.max(found.misfit_share)), rigid, json.dumps(result)))
+    return result, _text(result) + end_text(result)
 
 
 def _text(r: dict) -> str:

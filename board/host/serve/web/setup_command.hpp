@@ -27,7 +27,7 @@ public:
         const Words words = kind == "devices"  ? Words{"tricoil", "device", "list", "--json"}
                             : kind == "doctor" ? Words{"tricoil", kind, "--json"}
                                                : calibration_words(request, kind);
-        const auto program = program_part(file_.empty() ? "tricoil-tools" : "tricoil-calibration", "set-up");
+        const auto program = program_part("tricoil-tools", "set-up");
         const bool has_files = out_.is_open() && err_.is_open();
         child_ = has_files ? start_program(program, words, out_.get(), err_.get()) : -1;
         refuse_if(child_ < 0, "set-up: no room for a further program; close others, or make space for temporary files");

@@ -1,4 +1,4 @@
-// Files and report of a calibration: of a command, and of the Python module.
+// Files and report of a calibration.
 #pragma once
 
 #include <string>
@@ -17,7 +17,6 @@ struct CalibrationFiles {
     std::string out;
     std::string blob;
     std::string wiring;  // of the channels of the data
-    bool json = false;
 };
 
 struct CalibrationReport {
@@ -32,8 +31,7 @@ void check_files(const CalibrationFiles& files);
 /// file has none.
 calibration::Calibration<double> stored_board(const CalibrationFiles& files);
 
-/// Writes the files of a calibration when all are complete, and completes its report. common_text(): its last lines.
+/// Writes the files of a calibration when all are complete, and completes its report.
 void write_calibration(const CalibrationFiles& files, const CalibrationFile& file, CalibrationReport& report);
-std::string common_text(const Json& result);
 
 }  // namespace tricoil::host

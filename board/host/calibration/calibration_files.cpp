@@ -1,11 +1,10 @@
-#include "board/host/commands/calibration_files.hpp"
+#include "board/host/calibration/calibration_files.hpp"
 
 #include <cmath>
 
 #include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/output_file.hpp"
-#include "board/support/terminal_text.hpp"
 #include "core/calibration/blob.hpp"
 
 namespace tricoil::host {
@@ -78,19 +77,6 @@ void write_calibration(const CalibrationFiles& files, const CalibrationFile& fil
     }
     report.json["warnings"] = report.warnings;
     report.json["out"] = files.out;
-}
-
-std::string common_text(const Json& result) {
-    std::string text =
-        result.contains("pick_up")
-            ? fill(result["pick_up"],
-                   "  pick-up {share_rms in %:.3f} % +- {sigma in %:.3f} % RMS of k at 0.75 m, removed by trackers\n")
-            : "";
-    text +=
-        result.contains("quadrature_floor")
-            ? fill(result, "  quadrature of the couplings, expected by trackers: {quadrature_floor in %:.3f} % per coupling\n")
-            : "";
-    return text + warnings_text(result) + fill(result, "wrote {out}\n");
 }
 
 }  // namespace tricoil::host
