@@ -9,6 +9,7 @@
 #include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
+#include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
 #include "board/support/errors.hpp"
@@ -98,12 +99,17 @@ py::tuple evaluate(const std::vector<std::string>& data, const std::string& cali
     const std::string stage_errors = choose_stage_errors(stage_from, calibration);
     const bool fits_scale = refit_fixtures && has_free_scale(calibration);
     const double residual_rms = calibration.residual_rms;
-    if (refit_fixtures) {
-        calibration = with_refitted_fixtures(calibration, files, solver);
-    } else {
-        correct_wiring(calibration, files);
-    }
-    const auto errors = host::evaluate(calibration, files, solver);
+    LongCall call;
+    const auto errors = [&] {
+        const py::gil_scoped_release released;
+        const auto check = [&] { call.check(); };
+        if (refit_fixtures) {
+            calibration = with_refitted_fixtures(calibration, files, solver, check);
+        } else {
+            correct_wiring(calibration, files);
+        }
+        return host::evaluate(calibration, files, solver, check);
+    }();
     std::vector<std::string> paths;
     std::ranges::transform(files, std::back_inserter(paths), &host::PoseFile::path);
     const auto& known = calibration.calibration;

@@ -160,12 +160,15 @@ void state_deviations(const calibration::Calibration<double>& calibration, std::
 }
 
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
-                                    EvaluationSolver solver) {
+                                    EvaluationSolver solver, const std::function<void()>& on_pose) {
     auto c = calibration.calibration;
     const auto hemispheres = hemispheres_of(calibration, files);
     const auto output = calibration::CoilCorrection<double>::phases(c);
     std::vector<EvaluatedPose> errors;
     for_each_pose(calibration, files, [&](std::size_t f, const MeasuredPose& pose, const solver::RigidPose<double>& truth) {
+        if (on_pose) {
+            on_pose();
+        }
         c.hemisphere = hemispheres.at(source_fixture_name(files[f]));
         const std::string place = fmt::format("{}:{}", files[f].path, pose.line);
         const Mat3<double> expected = couplings_at(c.model, calibration.stage_errors, truth);
@@ -255,8 +258,8 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
 
 }  // namespace
 
-CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, std::vector<PoseFile>& files,
-                                       EvaluationSolver solver) {
+CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, std::vector<PoseFile>& files, EvaluationSolver solver,
+                                       const std::function<void()>& on_pose) {
     CalibrationFile result = calibration;
     bool sense_known = false;
     std::map<std::string, std::vector<PoseFile>> by_source;
@@ -292,7 +295,7 @@ CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, std::
     }
     constexpr int kRounds = 5;
     for (int round = 0; round < kRounds; ++round) {
-        refine_fixtures(result, turned, evaluate(result, files, solver));
+        refine_fixtures(result, turned, evaluate(result, files, solver, on_pose));
     }
     return result;
 }

@@ -42,9 +42,10 @@ struct Fixtures {
 Fixtures fixtures_of(const CalibrationFile& calibration, const PoseFile& file);
 
 /// Solves every pose without a start pose, in the hemisphere of the true positions of its source fixture. Poses that do not
-/// converge are marked. Throws InputError like fixtures_of(), and for couplings without a pose.
+/// converge are marked. on_pose: called for each pose; may throw, or be empty. Throws InputError like fixtures_of(), and for
+/// couplings without a pose.
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
-                                    EvaluationSolver solver);
+                                    EvaluationSolver solver, const std::function<void()>& on_pose = {});
 
 /// What trackers state for these poses without noise, with the numbers that `calibration` has now: of_floor to deviation_m.
 void state_deviations(const calibration::Calibration<double>& calibration, std::vector<EvaluatedPose>& errors);
@@ -59,6 +60,7 @@ void for_each_pose(const CalibrationFile& calibration, std::vector<PoseFile> fil
 void correct_wiring(const CalibrationFile& calibration, std::vector<PoseFile>& files);
 
 /// Fits the fixtures of these files, which it corrects like correct_wiring(), with fixed magnetic parameters.
-CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, std::vector<PoseFile>& files, EvaluationSolver solver);
+CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, std::vector<PoseFile>& files, EvaluationSolver solver,
+                                       const std::function<void()>& on_pose = {});
 
 }  // namespace tricoil::host

@@ -15,36 +15,36 @@ from . import _interpreter
 
 _interpreter.check()
 
-import importlib  # noqa: E402
+from importlib import import_module as _import_module  # noqa: E402
 from typing import TYPE_CHECKING  # noqa: E402
 
 from ._tricoil import __version__  # noqa: E402
 
-if TYPE_CHECKING:
-    from ._bench import bench
-    from ._body import solve_6dof
-    from ._coil_filter import CoilFilter
-    from ._command import calibrate, command, evaluate
-    from ._demodulate import demodulate
-    from ._dynamic import verify
-    from ._flags import Flag
-    from ._generator import Generator, SensorCoil, planar_generator, read_generator
-    from ._generator_motion import generator_motion_error
-    from ._ground_truth import Truth, truth
-    from ._hand_poses import hand_poses
-    from ._model import COUPLING_CONSTANT, couplings, solve
-    from ._motion import error_budget, motion
-    from ._motion_along import motion_along
-    from ._motion_error import CorrectedPoses, MotionError, motion_error
-    from ._pivot import pivot
-    from ._poses import Poses, read_poses
-    from ._run import Run, load, run
-    from ._single_coil import ENDS as ENDS_5DOF, solve_5dof
-    from ._source import Pose, Source, open  # noqa: A004: named like its use, tricoil.open()
-    from ._sweep import sweep
-    from ._timing import TIMINGS, Timing
-    from ._tracker import Filter
-    from ._wiring import Wiring, read_wiring
+if TYPE_CHECKING:  # "as" exports a name for type checkers, which do not read a computed __all__
+    from ._bench import bench as bench
+    from ._body import solve_6dof as solve_6dof
+    from ._coil_filter import CoilFilter as CoilFilter
+    from ._command import calibrate as calibrate, command as command, evaluate as evaluate
+    from ._demodulate import demodulate as demodulate
+    from ._dynamic import verify as verify
+    from ._flags import Flag as Flag
+    from ._generator import Generator as Generator, SensorCoil as SensorCoil, planar_generator as planar_generator, read_generator as read_generator
+    from ._generator_motion import generator_motion_error as generator_motion_error
+    from ._ground_truth import Truth as Truth, truth as truth
+    from ._hand_poses import hand_poses as hand_poses
+    from ._model import COUPLING_CONSTANT as COUPLING_CONSTANT, couplings as couplings, solve as solve
+    from ._motion import error_budget as error_budget, motion as motion
+    from ._motion_along import motion_along as motion_along
+    from ._motion_error import CorrectedPoses as CorrectedPoses, MotionError as MotionError, motion_error as motion_error
+    from ._pivot import pivot as pivot
+    from ._poses import Poses as Poses, read_poses as read_poses
+    from ._run import Run as Run, load as load, run as run
+    from ._single_coil import ENDS as ENDS_5DOF, solve_5dof as solve_5dof
+    from ._source import Pose as Pose, Source as Source, open as open  # noqa: A004: named like its use, tricoil.open()
+    from ._sweep import sweep as sweep
+    from ._timing import TIMINGS as TIMINGS, Timing as Timing
+    from ._tracker import Filter as Filter
+    from ._wiring import Wiring as Wiring, read_wiring as read_wiring
 
 # A module is imported with the first use of a name: a command of the program needs few of them.
 _NAMES = {
@@ -74,58 +74,13 @@ _NAMES = {
     "_wiring": "Wiring read_wiring",
 }
 
-__all__ = [
-    "COUPLING_CONSTANT",
-    "CoilFilter",
-    "CorrectedPoses",
-    "ENDS_5DOF",
-    "Filter",
-    "Flag",
-    "Generator",
-    "MotionError",
-    "Pose",
-    "Poses",
-    "Run",
-    "SensorCoil",
-    "Source",
-    "TIMINGS",
-    "Timing",
-    "Truth",
-    "Wiring",
-    "__version__",
-    "bench",
-    "calibrate",
-    "command",
-    "couplings",
-    "demodulate",
-    "error_budget",
-    "evaluate",
-    "generator_motion_error",
-    "hand_poses",
-    "load",
-    "motion",
-    "motion_along",
-    "motion_error",
-    "open",
-    "pivot",
-    "planar_generator",
-    "read_generator",
-    "read_poses",
-    "read_wiring",
-    "run",
-    "solve",
-    "solve_5dof",
-    "solve_6dof",
-    "sweep",
-    "truth",
-    "verify",
-]
+__all__ = ["__version__", *sorted(" ".join(_NAMES.values()).split())]
 
 
 def __getattr__(name: str):
     for module, names in _NAMES.items():
         if name in names.split():
-            source = importlib.import_module(f"{__name__}.{module}")
+            source = _import_module(f"{__name__}.{module}")
             value = source.ENDS if name == "ENDS_5DOF" else getattr(source, name)
             globals()[name] = value
             return value
@@ -133,4 +88,4 @@ def __getattr__(name: str):
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

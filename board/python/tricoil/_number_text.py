@@ -4,4 +4,4 @@
 def number_text(value: float, form: str) -> str:
     """A number that would be shown as zero has two digits instead, in the same width."""
     text = format(value, form)
-    return text if value == 0 or any(c in "123456789" for c in text.partition("e")[0]) else f"{value:>{len(text)}.2g}"
+    return text if value == 0 or any(c in "123456789" for c in text.partition("e")[0]) else f"{value:>{'+' if '+' in form else ''}{len(text)}.2g}"
