@@ -46,10 +46,12 @@ def commands_of(page):
 
 
 def command_to_run(command):
-    """The command as the tests run it: `tricoil serve` without --duration and `tricoil demo` are interrupted after two seconds, as by
-    ctrl-C."""
+    """The command as the tests run it: `tricoil serve` without --duration and `tricoil demo` are interrupted half a second after they have
+    printed an address or poses, as by ctrl-C."""
     if not re.match(r"tricoil (serve|demo)\b", command) or "--duration" in command:
         return command
-    # Exit code 130: interrupted before the first pose, as happens on a busy machine. The output must contain the address or poses.
-    return (f"{{ timeout --signal=INT --preserve-status 2 {command.split(' #')[0]} >.served || [ $? = 130 ]; }}\n"
-            "grep -E -m 1 'serving|live page|\"sequence\"' .served")
+    shown = "grep -s -E -m 1 'serving|live page|\"sequence\"' .served"
+    return (f"rm -f .served; env --default-signal=INT {command.split(' #')[0]} >.served & served=$!\n"
+            f"until {shown} >/dev/null || ! kill -0 $served 2>/dev/null; do sleep 0.1; done\n"
+            "sleep 0.5; kill -INT $served 2>/dev/null || true\n"
+            f"wait $served || [ $? = 130 ]  # 130: before the first pose\n{shown}")
