@@ -22,7 +22,9 @@ std::string calibrate(const host::CalibrationFiles& files, Fit fit) {
         check_signals();
         progress.show(share);
     };
-    write_calibration(files, fit(report, show), report);
+    const host::CalibrationFile file = fit(report, show);
+    check_signals();  // before anything is written
+    write_calibration(files, file, report);
     return host::json_line(report.json);
 }
 

@@ -1,4 +1,6 @@
 // Extension module tricoil._tricoil. The package's Python files document and wrap it.
+#include <string_view>
+
 #include "board/pose_text/flag_names.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
@@ -10,15 +12,25 @@
 namespace tricoil::python {
 namespace {
 
+/// A message may contain the name of a file, which need not be UTF-8.
+void set_error(PyObject* type, const std::exception& error) {
+    const std::string_view text = error.what();
+    const auto message = pybind11::reinterpret_steal<pybind11::object>(
+        PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "backslashreplace"));
+    PyErr_SetObject(type, message.ptr());
+}
+
 void translate_error(std::exception_ptr error) {  // NOLINT(performance-unnecessary-value-param): pybind11's signature
     try {
         if (error) {
             std::rethrow_exception(error);
         }
+    } catch (const host::InputError& e) {
+        set_error(PyExc_ValueError, e);
     } catch (const host::ReadError& e) {
-        PyErr_SetString(PyExc_OSError, e.what());
+        set_error(PyExc_OSError, e);
     } catch (const host::DeviceError& e) {
-        PyErr_SetString(PyExc_OSError, e.what());
+        set_error(PyExc_OSError, e);
     }
 }
 

@@ -144,7 +144,7 @@ void print_text_to_standard_error() { text_on_stderr = true; }
 void do_not_wait_for_standard_error() { waits_for_standard_error = false; }
 
 void set_verbosity(Verbosity verbosity) { chosen_verbosity = verbosity; }
-bool is_quiet() { return chosen_verbosity == Verbosity::quiet; }
+bool is_quiet() { return chosen_verbosity == Verbosity::quiet || std::getenv(kQuietVariable) != nullptr; }
 
 void print_notice(std::string_view text) { print(text, stderr); }
 

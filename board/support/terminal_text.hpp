@@ -28,6 +28,8 @@ enum class Verbosity { quiet, normal, verbose };
 /// From now on: quiet prints no hints and no progress, verbose also details. Notices and errors are always printed.
 void set_verbosity(Verbosity verbosity);
 bool is_quiet();
+/// Variable of the environment that hands -q over to a command in Python.
+constexpr const char* kQuietVariable = "TRICOIL_QUIET";
 
 /// Prints to standard error. Failures are ignored.
 void print_notice(std::string_view text);

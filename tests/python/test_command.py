@@ -104,6 +104,9 @@ class Command(unittest.TestCase):
             ("run", {"help": True}, "tricoil run --help"),
             ("run", {"duration": -1}, "^duration "),
             ("motion", {"example": "IV"}, "IV"),
+            ("calibrate  stage", {"out": "c.toml"}, "^calibrate stage needs files$"),
+            ("calibrate stage --json", {"out": "c.toml"}, "options are arguments of their own"),
+            (" ", {}, "is no command"),
         ):
             with self.assertRaisesRegex(ValueError, message):
                 tricoil.command(name, **options)

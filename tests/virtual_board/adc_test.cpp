@@ -85,11 +85,11 @@ TEST_F(AdcTest, AContinuousSequenceIgnoresFurtherTriggers) {
 
 TEST_F(AdcTest, OversampledResultsHaveNoOffset) {
     adc.write(0x60, kSettings | 0xABU);  // OFFSET1_EN, channel 0
-    for (const std::uint32_t oversampled : {0U, 1U}) {
+    for (const auto& [oversampled, result] : {std::pair{0U, 0xA11U}, {1U, 2 * 0xABCU}, {2U, 0xABCU}}) {
         adc.write(0x10, oversampled);
         adc.write(0x08, kOn | 1U << 2U);
         pass(1e-6);
-        EXPECT_EQ(adc.read(0x40), oversampled == 0 ? 0xA11U : 2 * 0xABCU);
+        EXPECT_EQ(adc.read(0x40), result) << "bit 1: also of the injected group alone";
     }
 }
 
@@ -212,6 +212,18 @@ TEST_F(InjectedTest, AnAutomaticSequenceFollowsTheRegularOne) {
     pass(2e-6);
     EXPECT_EQ(flags(), 0x6CU) << "once, from the first channel on";
     EXPECT_EQ(adc.read(0x84), 8U);
+}
+
+TEST_F(InjectedTest, ASequenceAfterAStoppedOneBeginsWithItsFirstChannel) {
+    adc.write(0x08, kOn | 1U << 3U);
+    pass(0.5e-6);
+    adc.write(0x08, kOn | 1U << 5U);  // in the second of two conversions
+    adc.write(0x4C, 7U << 9U);
+    adc.write(0x0C, kSettings | 1U << 25U);  // JAUTO
+    adc.write(0x08, kOn | 1U << 2U);
+    pass(2e-6);
+    EXPECT_EQ(adc.read(0x80), 7U);
+    EXPECT_EQ(adc.read(0x84), 0U);
 }
 
 TEST_F(InjectedTest, TheWatchdogGuardsInjectedResults) {

@@ -27,7 +27,7 @@ endmacro()
 
 set(about "tricoil computes the position and attitude of a sensor from the couplings\nof three source coils and three sensor coils that carry alternating\ncurrents of 7 to 14 kHz.")
 tricoil_debian_package(Unspecified tricoil science "AC electromagnetic tracker: programs"
-  "${about}\n.\nThis package contains the program tricoil (simulation, devices on CAN FD, USB\nand serial lines, calibration, servers for FASTRAK and OpenIGTLink clients,\nlive page), a simulated front end, device rules and a service.")
+  "${about}\n.\nThis package contains the program tricoil (simulation, devices on CAN FD, USB\nand serial lines, servers for FASTRAK and OpenIGTLink clients, live\npage), a simulated front end, device rules and a service.")
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_RECOMMENDS "python3-matplotlib, python3-tricoil")
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_SOURCE_DIR}/postinst ${CMAKE_CURRENT_SOURCE_DIR}/prerm ${CMAKE_CURRENT_SOURCE_DIR}/postrm)
 
@@ -44,7 +44,7 @@ if(TARGET tricoil_python)
   math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")
   set(python "${Python3_VERSION_MAJOR}.")
   tricoil_debian_package(python python3-tricoil python "AC electromagnetic tracker: Python package"
-    "${about}\n.\nThis package gives poses of devices, simulations and recordings, the forward\nmodel, the solver and the error model as NumPy arrays.")
+    "${about}\n.\nThis package gives poses of devices, simulations and recordings, the forward\nmodel, the solver and the error model as NumPy arrays. The program tricoil\nneeds it to calibrate coils and to evaluate trackers.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${python}${Python3_VERSION_MINOR}), python3 (<< ${python}${next_minor}), python3-numpy")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-scipy")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib, python3-distributed, jupyter-notebook")

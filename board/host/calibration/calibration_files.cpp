@@ -42,6 +42,7 @@ void warn_of_lost_converters(const CalibrationFiles& files, const CalibrationFil
 }  // namespace
 
 void check_files(const CalibrationFiles& files) {
+    refuse_if(files.data.empty(), "no files of couplings are given");
     std::vector<std::string> inputs = files.data;
     inputs.insert(inputs.end(), {files.calibration, files.converters_from, files.wiring});
     check_outputs({{"--out", files.out}, {"--blob", files.blob}}, inputs);

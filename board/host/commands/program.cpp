@@ -141,6 +141,9 @@ int continue_in_python(const CLI::App& command) {
     if (!std::filesystem::exists(script)) {
         throw DeviceError(fmt::format("{}: {} is not installed; install the package tricoil again", name, script.string()));
     }
+    if (is_quiet()) {
+        ::setenv(kQuietVariable, "1", 1);
+    }
     std::vector<std::string> words{"-I", script, name};
     for (const CLI::Option* const option : options_of(command)) {
         const std::string word = "--" + option->get_lnames().front();

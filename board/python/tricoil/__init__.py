@@ -88,4 +88,5 @@ def __getattr__(name: str):
 
 
 def __dir__() -> list[str]:
-    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
+    modules = (name for name, value in globals().items() if getattr(value, "__package__", "") == __name__ and not name.startswith("_"))
+    return sorted({*__all__, *modules, *(name for name in globals() if name.startswith("__"))})

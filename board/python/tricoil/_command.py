@@ -59,6 +59,8 @@ def of_python(name, arguments, options) -> Any:
     needed = NEEDED.get(name)
     if (files != "all" and len(arguments) != (files == "one")) or (needed and needed not in options):
         raise ValueError(f"{name} takes {'one file' if files == 'one' else 'no files'}" + (f", and {needed}" if needed else ""))
+    if name in WITH_CALIBRATION and not arguments:
+        raise ValueError(f"{name} needs files")
     if name == "convert" and options.get("out", "-") == "-":
         raise ValueError("convert: the poses need a file; add out")
     module = importlib.import_module(f".{module_name}", __package__)
@@ -107,11 +109,15 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     Example: command("evaluate", "poses.csv", calibration="coils.toml", refit_fixtures=True). A failed check raises no error; the
     result says so. Files are written as the program writes them. Ctrl-C raises KeyboardInterrupt.
     """
+    words = name.split()
+    if not words or any(word.startswith("-") for word in words):
+        raise ValueError(f"{name!r}: is no command; options are arguments of their own, for example json=True")
+    own = 2 if words[0] in ("calibrate", "device", "generator") else 1
+    name, arguments = " ".join(words[:own]), (*words[own:], *arguments)
     if "help" in options:
         raise ValueError(f"help: see `tricoil {name} --help`")
     if name == "evaluate" and options.get("dynamic"):
         return evaluate(arguments, **options)
-    name = name.strip()
     if name == "calibrate" and hasattr(_tricoil, "renew_calibrate"):
         name = _kind_of(arguments, options)
     if in_python(name, arguments, options):

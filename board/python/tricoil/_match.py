@@ -52,12 +52,12 @@ def aligned(pair, start_s, range_s, rows):
         if len(usable) < FEWEST:
             continue
         compared = np.intersect1d(usable, some)
-        fits.append((usable, refine(pair, a, compared if len(compared) >= FEWEST else usable, steps=6)))
+        fits.append((len(usable), refine(pair, a, compared if len(compared) >= FEWEST else usable, steps=6)))
     lowest = min((fit.sigma_m for _, fit in fits), default=None)
     # A periodic motion fits at several offsets: the one with the longest overlap is used.
-    usable, best = max((fit for fit in fits if fit[1].sigma_m < 1.1 * lowest), key=lambda fit: len(fit[0]), default=(None, None))
+    _, best = max((fit for fit in fits if fit[1].sigma_m < 1.1 * lowest), key=lambda fit: fit[0], default=(0, None))
     if best is not None and len(some) < len(rows):
-        best = refine(pair, best.alignment, usable, steps=6)
+        best = refine(pair, best.alignment, rows[pair.covered(best.alignment, pair.poses.time_s[rows], 0.05)], steps=6)
     return best, (found[0] if found else (0.0, 0.0))
 
 

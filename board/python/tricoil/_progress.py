@@ -2,6 +2,7 @@
 
 import contextlib
 import multiprocessing
+import os
 import sys
 import threading
 import time
@@ -17,7 +18,7 @@ def is_wanted(progress: bool | None) -> bool:
     if progress is not None:
         return progress
     is_first = multiprocessing.parent_process() is None and threading.current_thread() is threading.main_thread()
-    return is_first and sys.stderr is not None and sys.stderr.isatty()
+    return is_first and "TRICOIL_QUIET" not in os.environ and sys.stderr is not None and sys.stderr.isatty()
 
 
 @contextlib.contextmanager

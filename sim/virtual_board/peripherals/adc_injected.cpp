@@ -1,5 +1,7 @@
 // The injected group of a converter: up to four conversions that interrupt the regular sequence (RM0440, "Injected channel
 // management").
+#include <utility>
+
 #include "sim/virtual_board/peripherals/adc.hpp"
 #include "sim/virtual_board/peripherals/adc_registers.hpp"
 
@@ -16,6 +18,7 @@ void Adc::start_injected() {
 
 void Adc::stop_injected() {
     state_.control &= ~(1U << adc::kStartInjected);
+    state_.injected_rank = 0;
     if (state_.injects) {
         finished_.cancel();
         resume();

@@ -251,14 +251,11 @@ void Timer::generate(std::uint32_t value) {
         }
     }
     if (is_set(value, 0)) {
-        fail_if(resets_, "SMCR: timers that reset each other (SMS = 4) without end are not in this model");
-        resets_ = true;
         divided_ = 0;
         update(true);
         registers_.at(timer::kCr1) &= is_centred() ? ~(1U << timer::kDown) : kAllBits;
         restart(counts_down() ? reload_ : 0);
         trigger(timer::by_reset);
-        resets_ = false;
     }
 }
 
@@ -360,7 +357,7 @@ void Timer::reset() {
     overflow_.cancel();
     match_.cancel();
     capture_.cancel();
-    lock_is_set_ = resets_ = false;
+    lock_is_set_ = is_triggered_ = false;
     phase_ = divided_ = burst_at_ = 0;
     stopped_at_ = 0;
     prescaler_ = 0;

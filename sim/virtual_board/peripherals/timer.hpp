@@ -108,7 +108,7 @@ private:
     std::uint32_t phase_ = 0;     // of the 16 periods of a dithering pattern
     std::uint32_t burst_at_ = 0;  // register of a DMA burst
     bool lock_is_set_ = false;    // BDTR has been written
-    bool resets_ = false;         // by UG or a trigger
+    bool is_triggered_ = false;   // by another timer, at this moment
 };
 
 }  // namespace tricoil::virtual_board

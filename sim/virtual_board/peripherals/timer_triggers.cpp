@@ -1,4 +1,6 @@
 // Triggers of other peripherals, and of timers by each other.
+#include <utility>
+
 #include "sim/virtual_board/peripherals/timer.hpp"
 #include "sim/virtual_board/peripherals/timer_registers.hpp"
 
@@ -40,6 +42,7 @@ void Timer::triggered(unsigned input) {
     if (mode <= timer::encoder || trigger_input(smcr) != input) {
         return;
     }
+    fail_if(std::exchange(is_triggered_, true), "SMCR: timers that trigger each other without end are not in this model");
     registers_.at(timer::kSr) |= 1U << 6U;  // TIF
     if (mode == timer::reset_by_trigger) {
         generate(1);
@@ -54,6 +57,7 @@ void Timer::triggered(unsigned input) {
         }
         settle();
     }
+    is_triggered_ = false;
     show_interrupt();
 }
 
