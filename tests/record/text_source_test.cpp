@@ -201,7 +201,8 @@ TEST(TextSource, WrongLinesOfAStreamAreCountedAndTheRunGoesOn) {
         "{\"time_us\":50000,\"state\":1,\"in_phase\":[1,1,1],\"sigma\":0}\n{\"time_us\":50000,\"state\":1,\"sensor\":1,"
         "\"in_phase\":[1,1,1],\"sigma\":1}\n";
     const std::string file = write_file("text_stream", lines);
-    const auto piped = run_program("bash -c 'cat " + file + " | " TRICOIL_PROGRAM " run --json --device columns:-'", "");
+    const auto piped = run_program(
+        "bash -c '{ sleep 0.5; cat " + file + "; } | " TRICOIL_PROGRAM " run --json --wait 0.1 --device columns:-'", "");
     std::istringstream stream(piped.out);
     std::string last;
     for (std::string line; std::getline(stream, line);) {

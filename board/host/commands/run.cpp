@@ -98,7 +98,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     options.output = command.options.output;
     options.json_lines = !command.json_lines.empty();
     options.duration_s = duration_given ? command.duration_s : 0;
-    options.wait_s = command.wait_s;
+    options.wait_s = from == kStandardOutput ? 0 : command.wait_s;  // the end of a pipe ends the run
     options.give_up_after_s = command.give_up_after_s;
     options.json = command.json;
     return options;

@@ -59,7 +59,9 @@ void add_device_options(CLI::App* sub, RunCommand& command) {
             ->capture_default_str();
     file_name(sub->add_option("--config", command.config, "Board configuration (TOML); --device overrides it"));
     wiring_file(sub, command.wiring);
-    seconds(sub->add_option("--wait", command.wait_s, "Time to wait for the device at the start; 0: no limit"), true)
+    seconds(sub->add_option("--wait", command.wait_s,
+                            "Time to wait for the device at the start, not for standard input; 0: no limit"),
+            true)
         ->capture_default_str();
     seconds(sub->add_option("--give-up-after", command.give_up_after_s,
                             "End with exit code 3 if the device has not worked for this time; 0: never"),

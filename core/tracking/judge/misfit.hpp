@@ -97,7 +97,7 @@ Scalar position_deviation(Scalar strength, Scalar range_m, Scalar sigma) {
 
 /// Share of the deviation due to metal that the distortion figure states. The covariance contains all of it; the median error
 /// beside 2,000 random metal objects is about a third of it (tests/honesty). With this share the median of the figure is 1.7 to
-/// 2.0 errors (two bands: 2.5), and 95 % of the errors are less than twice the figure.
+/// 2.0 errors (two bands: 2.1), and 95 % of the errors are less than twice the figure.
 constexpr double kLikelyShare = 0.65;
 
 /// Error of the position that the hidden part of a misfit, `sigma` of each coupling, suggests.

@@ -89,9 +89,10 @@ void DualBandTracker::follow(const Mat3<double>& quadrature, const PoseEstimate<
 /// False if the bands do not determine the bias better than the covariance of the high band: the pose then stays as it is.
 bool DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double>& estimate) const {
     const auto& [position, rotation, covariance] = bias;
-    const Mat6<double> both = noise_covariance(estimate) + covariance;
-    const double both_m = std::sqrt(both.topLeftCorner<3, 3>().trace());
-    const bool is_better = both_m < std::hypot(deviation_m(estimate), position.magnitude);
+    const auto position_deviation_m = [](const Mat6<double>& of) { return std::sqrt(of.topLeftCorner<3, 3>().trace()); };
+    const Mat6<double> noise = noise_covariance(estimate);
+    const double bias_m = position.value.norm();
+    const bool is_better = position_deviation_m(noise + covariance) < std::hypot(deviation_m(estimate), position.magnitude);
     if (is_better) {
         estimate.position_m -= position.value;
         estimate.q_source_sensor =
@@ -101,16 +102,15 @@ bool DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double
         constexpr double kMargin = 2;
         constexpr double kShareError = 0.02;  // of the deviation that the misfit of the high band suggests
         const double share_error = bias_.share().is_ferromagnetic() ? 1 : kShareError;
-        estimate.covariance = both + (kMargin - 1) * covariance + share_error * share_error * estimate.covariance;
+        const Mat6<double> left = covariance + share_error * share_error * estimate.covariance;
+        estimate.covariance = noise + left + (kMargin - 1) * covariance;
+        estimate.distortion_m = kLikelyShare * position_deviation_m(left);
     } else {
         estimate.covariance.diagonal().head<3>() += Vec3<double>::Constant(position.magnitude * position.magnitude / 3);
         estimate.covariance.diagonal().tail<3>() += Vec3<double>::Constant(rotation.magnitude * rotation.magnitude / 3);
+        estimate.distortion_m = std::max(estimate.distortion_m, bias_m);
     }
     constexpr double kDeviations = 5;
-    const double bias_m = position.value.norm();
-    const double left_m2 = (estimate.covariance - noise_covariance(estimate)).topLeftCorner<3, 3>().trace();
-    estimate.distortion_m =
-        is_better ? kLikelyShare * std::sqrt(std::max(left_m2, 0.0)) : std::max(estimate.distortion_m, bias_m);
     estimate.flags.set_if(bias_m > kDeviations * position.sigma, PoseFlag::distorted);
     estimate.flags.clear(PoseFlag::uncertain);  // that was the high band alone
     estimate.flags.set_if(!(deviation_m(estimate) <= params().max_deviation_m), PoseFlag::uncertain);
