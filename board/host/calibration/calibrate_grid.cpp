@@ -1,5 +1,4 @@
 // Coils from a sensor on the nodes of a printed grid, for `tricoil calibrate grid`.
-
 #include "board/host/calibration/calibrations.hpp"
 #include "board/host/calibration/converter_errors.hpp"
 #include "board/host/calibration/coupling_phases.hpp"
@@ -7,6 +6,7 @@
 #include "board/support/json_text.hpp"
 
 namespace tricoil::host {
+
 CalibrationFile calibrate_on_nodes(const CalibrationFiles& of, FitModel model, double spacing_m,
                                    const std::optional<GridSize>& nodes, const Vec3<double>& hemisphere,
                                    CalibrationReport& report) {

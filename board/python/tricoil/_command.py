@@ -33,15 +33,16 @@ def _words(options: dict[str, Any]) -> list[str]:
     return words
 
 
-# Commands in this package: the module whose run() gives the result, or a tuple of it and more, and the files that it takes.
+# Commands in this package: the module whose run() gives the result, or a tuple of it and more, and the
+# files that it takes: none, one, some (one or more) or all (any number).
 MODULES = {"bench": ("_bench", "one"), "calibrate wiring": ("_wiring_command", "all"), "convert": ("_convert", "one"),
            "couplings": ("_couplings_command", "none"), "demodulate": ("_demodulate", "one"),
-           "design": ("_design", "none"), "evaluate": ("_evaluate", "all"), "figures": ("_figures", "none"), "motion": ("_motion_example", "none"), "truth": ("_truth_command", "all"),
+           "design": ("_design", "none"), "evaluate": ("_evaluate", "some"), "figures": ("_figures", "none"), "motion": ("_motion_example", "none"), "truth": ("_truth_command", "all"),
            "generator simulate": ("_generator_simulate", "none"), "generator solve": ("_generator_solve", "all"),
-           "generator track": ("_generator_track", "all"), "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "calibrate surroundings": ("_surroundings", "all"), "calibrate stage": ("_calibrate_stage", "all"),
-           "calibrate converters": ("_calibrate_converters", "all"), "calibrate grid": ("_calibrate_grid", "all"),
-           "calibrate free-motion": ("_calibrate_free_motion", "all"), "calibrate low-band": ("_low_band", "all"),
-           "calibrate pick-up": ("_pick_up", "all"), "plot": ("_plot_command", "one"), "protocol": ("_protocol", "none")}
+           "generator track": ("_generator_track", "all"), "generator calibrate": ("_generator_calibrate", "all"), "calibrate pivot": ("_pivot", "one"), "calibrate surroundings": ("_surroundings", "some"), "calibrate stage": ("_calibrate_stage", "some"),
+           "calibrate converters": ("_calibrate_converters", "some"), "calibrate grid": ("_calibrate_grid", "some"),
+           "calibrate free-motion": ("_calibrate_free_motion", "some"), "calibrate low-band": ("_low_band", "some"),
+           "calibrate pick-up": ("_pick_up", "some"), "plot": ("_plot_command", "one"), "protocol": ("_protocol", "none")}
 WITH_CALIBRATION = ("evaluate", *(f"calibrate {kind}" for kind in ("stage", "converters", "grid", "free-motion", "low-band", "pick-up", "surroundings")))  # a wheel's extension module is built without it
 NEEDED = {"demodulate": "carrier_hz", "figures": "out"}
 
@@ -57,10 +58,10 @@ def of_python(name, arguments, options) -> Any:
     """The result of such a command. Raises ValueError with the program's names of the options, and TypeError."""
     module_name, files = MODULES[name]
     needed = NEEDED.get(name)
-    if (files != "all" and len(arguments) != (files == "one")) or (needed and needed not in options):
-        raise ValueError(f"{name} takes {'one file' if files == 'one' else 'no files'}" + (f", and {needed}" if needed else ""))
-    if name in WITH_CALIBRATION and not arguments:
+    if files == "some" and not arguments:
         raise ValueError(f"{name} needs files")
+    if (files in ("one", "none") and len(arguments) != (files == "one")) or (needed and needed not in options):
+        raise ValueError(f"{name} takes {'one file' if files == 'one' else 'no files'}" + (f", and {needed}" if needed else ""))
     if name == "convert" and options.get("out", "-") == "-":
         raise ValueError("convert: the poses need a file; add out")
     module = importlib.import_module(f".{module_name}", __package__)
@@ -74,7 +75,7 @@ def of_python(name, arguments, options) -> Any:
         result = module.run(arguments, **options)[0]
         module.draw(**options)
         return result
-    result = module.run(*((arguments,) if files == "all" else map(os.fspath, arguments)), **options)
+    result = module.run(*((arguments,) if files in ("all", "some") else map(os.fspath, arguments)), **options)
     return result[0] if isinstance(result, tuple) else result
 
 

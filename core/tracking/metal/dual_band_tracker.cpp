@@ -25,6 +25,9 @@ Mat3<double> quadrature_of(const SignalMatrixAssembler<double>& columns) {
     return quadrature;
 }
 
+/// Sum over the three axes.
+double position_variance(const Mat6<double>& covariance) { return covariance.topLeftCorner<3, 3>().trace(); }
+
 }  // namespace
 
 DualBandTracker::DualBandTracker(const TrackerParams<double>& params, const Correction& correction)
@@ -89,10 +92,10 @@ void DualBandTracker::follow(const Mat3<double>& quadrature, const PoseEstimate<
 /// False if the bands do not determine the bias better than the covariance of the high band: the pose then stays as it is.
 bool DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double>& estimate) const {
     const auto& [position, rotation, covariance] = bias;
-    const auto position_deviation_m = [](const Mat6<double>& of) { return std::sqrt(of.topLeftCorner<3, 3>().trace()); };
     const Mat6<double> noise = noise_covariance(estimate);
     const double bias_m = position.value.norm();
-    const bool is_better = position_deviation_m(noise + covariance) < std::hypot(deviation_m(estimate), position.magnitude);
+    const bool is_better =
+        std::sqrt(position_variance(noise + covariance)) < std::hypot(deviation_m(estimate), position.magnitude);
     if (is_better) {
         estimate.position_m -= position.value;
         estimate.q_source_sensor =
@@ -104,7 +107,7 @@ bool DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double
         const double share_error = bias_.share().is_ferromagnetic() ? 1 : kShareError;
         const Mat6<double> left = covariance + share_error * share_error * estimate.covariance;
         estimate.covariance = noise + left + (kMargin - 1) * covariance;
-        estimate.distortion_m = kLikelyShare * position_deviation_m(left);
+        estimate.distortion_m = kLikelyShare * std::sqrt(position_variance(left));
     } else {
         estimate.covariance.diagonal().head<3>() += Vec3<double>::Constant(position.magnitude * position.magnitude / 3);
         estimate.covariance.diagonal().tail<3>() += Vec3<double>::Constant(rotation.magnitude * rotation.magnitude / 3);
@@ -124,8 +127,7 @@ void DualBandTracker::cover_hidden_metal(const std::optional<MetalBiasEstimate>&
     }
     const double effect = std::sqrt(mean_quadrature_.effect_variance(params().quadrature_floor * strength(estimate)));
     const Mat6<double> hidden = covariance_for(effect, estimate);
-    const auto variance = [](const Mat6<double>& c) { return c.topLeftCorner<3, 3>().trace(); };
-    const bool is_limited = bias && variance(bias->covariance) < variance(hidden);
+    const bool is_limited = bias && position_variance(bias->covariance) < position_variance(hidden);
     estimate.covariance += is_limited ? bias->covariance : hidden;
     estimate.flags.set_if(!(deviation_m(estimate) <= params().max_deviation_m), PoseFlag::uncertain);
 }

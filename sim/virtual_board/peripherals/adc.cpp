@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "sim/virtual_board/peripherals/adc_registers.hpp"
-
 namespace tricoil::virtual_board {
 namespace {
 
@@ -128,21 +126,19 @@ bool Adc::may_be_wrong() const { return !converted_ || machine_.now() - *convert
 /// Gain, offset and alignment of a result.
 std::uint32_t Adc::corrected(std::uint32_t code) const {
     const std::uint32_t cfgr = registers_[adc::kCfgr];
-    const bool oversamples_any = field(registers_[adc::kCfgr2], 0, 2) != 0;  // of both groups: no offset and no alignment
     if (is_set(registers_[adc::kCfgr2], adc::kGainOn)) {
         code = std::min(code * registers_[adc::kGain] / 4096, 0xFFFFU);
     }
     for (std::uint32_t offset = adc::kOffset1; offset < adc::kOffset1 + 16; offset += 4) {
         const std::uint32_t setting = registers_[offset];
-        if (is_set(setting, 31) && field(setting, 26, 5) == channel() && !oversamples_any) {
+        if (is_set(setting, 31) && field(setting, 26, 5) == channel() && !oversamples_any()) {
             const std::uint32_t shift = 2 * field(cfgr, 3, 2);
             code -= field(setting, 0, 12) >> shift;
             const bool saturates = is_set(setting, 25);
             code = saturates && static_cast<std::int32_t>(code) < 0 ? 0 : code;
         }
     }
-    const bool left = is_set(cfgr, adc::kAlignLeft) && !oversamples_any;
-    return (left ? code << adc::kLeftShifts[field(cfgr, 3, 2)] : code) & 0xFFFFU;
+    return (is_aligned_left() ? code << adc::kLeftShifts[field(cfgr, 3, 2)] : code) & 0xFFFFU;
 }
 
 void Adc::finish() {
@@ -223,10 +219,9 @@ void Adc::advance_sequence() {
 void Adc::check_watchdog(std::uint32_t result) {
     const std::uint32_t cfgr = registers_[adc::kCfgr];
     const bool is_watched = is_set(cfgr, state_.injects ? 24 : 23) && (!is_set(cfgr, 22) || field(cfgr, 26, 5) == channel());
-    const std::uint32_t seen = oversamples() ? result >> 4U
-                               : is_set(cfgr, adc::kAlignLeft) && field(registers_[adc::kCfgr2], 0, 2) == 0
-                                   ? result >> (adc::kLeftShifts[field(cfgr, 3, 2)] - 2 * field(cfgr, 3, 2))
-                                   : result << 2 * field(cfgr, 3, 2);
+    const std::uint32_t seen = oversamples()       ? result >> 4U
+                               : is_aligned_left() ? result >> (adc::kLeftShifts[field(cfgr, 3, 2)] - 2 * field(cfgr, 3, 2))
+                                                   : result << 2 * field(cfgr, 3, 2);
     const std::uint32_t limits = registers_[adc::kTr1];
     if (is_watched && (seen < field(limits, 0, 12) || seen > field(limits, 16, 12))) {
         state_.flags |= 1U << adc::kWatchdog1;

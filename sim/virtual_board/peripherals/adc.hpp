@@ -9,6 +9,7 @@
 #include "sim/virtual_board/machine/machine.hpp"
 #include "sim/virtual_board/machine/register_file.hpp"
 #include "sim/virtual_board/machine/time.hpp"
+#include "sim/virtual_board/peripherals/adc_registers.hpp"
 #include "sim/virtual_board/peripherals/dma.hpp"
 
 namespace tricoil::virtual_board {
@@ -93,16 +94,24 @@ private:
     [[nodiscard]] bool may_be_wrong() const;
     [[nodiscard]] bool is_powered() const;
     [[nodiscard]] bool is_by_software() const;
-    [[nodiscard]] bool is_automatic() const { return is_set(registers_[0x0C], 25); }  // JAUTO
-    [[nodiscard]] bool oversamples() const { return is_set(registers_[0x10], state_.injects ? 1 : 0); }
-    [[nodiscard]] bool injects_or_waits() const { return state_.injects || is_set(state_.control, 3); }
+    [[nodiscard]] bool is_automatic() const { return is_set(registers_[adc::kCfgr], adc::kAutomatic); }
+    /// The present group; any group: then results have no offset and no left alignment.
+    [[nodiscard]] bool oversamples() const {
+        return is_set(registers_[adc::kCfgr2], state_.injects ? adc::kOversampleInjected : adc::kOversampleRegular);
+    }
+    [[nodiscard]] bool oversamples_any() const {
+        return is_set(registers_[adc::kCfgr2], adc::kOversampleRegular) ||
+               is_set(registers_[adc::kCfgr2], adc::kOversampleInjected);
+    }
+    [[nodiscard]] bool is_aligned_left() const { return is_set(registers_[adc::kCfgr], adc::kAlignLeft) && !oversamples_any(); }
+    [[nodiscard]] bool injects_or_waits() const { return state_.injects || is_set(state_.control, adc::kStartInjected); }
     [[nodiscard]] std::uint32_t corrected(std::uint32_t code) const;
     void store(std::uint32_t result);
     void store_regular(std::uint32_t result);
     void store_injected(std::uint32_t result);
     void check_watchdog(std::uint32_t result);
     void show_interrupt();
-    [[nodiscard]] bool runs() const { return is_set(state_.control, 2); }
+    [[nodiscard]] bool runs() const { return is_set(state_.control, adc::kStart); }
     [[nodiscard]] bool is_busy() const { return runs() || injects_or_waits(); }
 
     Machine& machine_;

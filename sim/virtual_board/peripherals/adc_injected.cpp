@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "sim/virtual_board/peripherals/adc.hpp"
-#include "sim/virtual_board/peripherals/adc_registers.hpp"
 
 namespace tricoil::virtual_board {
 
