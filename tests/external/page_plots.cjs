@@ -39,6 +39,7 @@ async function everyPose(page, server, wait, check, pictures) {
 
 async function pauseAndZoom(page, server, wait, check) {
   await page.click('#pause');
+  await wait(() => window.tricoil.plots.frozen && window.tricoil.plots.drawn === window.tricoil.plots.frozen);
   const box = await page.locator('.u-over').first().boundingBox();
   /// Position of the n-th pose on the screen.
   const place = n => page.evaluate(time => {

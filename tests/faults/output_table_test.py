@@ -225,7 +225,9 @@ class OutputTable(unittest.TestCase):
         endless = self.folder / "endless.csv"
         endless.symlink_to("/dev/zero")
         limits = resource.getrlimit(resource.RLIMIT_AS)
-        for command, words in self.reading_rows():
+        # One row of those that differ in their outputs alone: the word before the input tells which input it is.
+        rows = {(command, " ".join(words.split()).partition("{input}")[0].split(" ")[-2:][0]): (command, words) for command, words in self.reading_rows()}
+        for command, words in rows.values():
             with self.subTest(command, words=words):
                 out = self.fresh()
                 out.mkdir()
@@ -257,12 +259,16 @@ class OutputTable(unittest.TestCase):
                     self.assertFalse([path for path in self.folder.glob("output*") if path.is_file()])
 
     def test_a_slow_disk_changes_nothing(self):
+        """Of all outputs of a row at once: the standard output has no row of its own if the command has another one."""
         for command, output, words in self.rows():
+            if output == STDOUT and len(ROWS[command]) > 1:
+                continue
             out = self.fresh()
             with self.subTest(command, output=output):
                 is_stdout = output in (STDOUT, "--json-lines")
-                done = self.run_row(command, words.format(out=out, device="{device}"), f"delay:{DELAY_MS}:0:{out}", out if is_stdout else None)
+                done = self.run_row(command, words.format(out=out, device="{device}"), f"delay:{DELAY_MS}:0:{out}", out if is_stdout else f"{out}.stdout")
                 self.assertIn(done.returncode, (0, 1) if command == "doctor" else (0,), done.stderr)  # doctor judges this machine
+                (self.folder / "output.stdout").unlink(missing_ok=True)
                 self.assertTrue([path for path in self.folder.glob("output*") if path.is_dir() or path.stat().st_size > 0])
 
 
