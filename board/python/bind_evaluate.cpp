@@ -2,7 +2,6 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <iterator>
 #include <limits>
 
 #include "board/host/calibration/converter_errors.hpp"
@@ -34,10 +33,10 @@ struct EvaluatedNumbers {
 };
 constexpr py::ssize_t kNumbers = sizeof(EvaluatedNumbers) / sizeof(double);
 
-/// Sets the errors of the stage that the evaluation removes: those of the file `from`, if it has a name. Returns their origin.
-std::string choose_stage_errors(const std::string& from, CalibrationFile& calibration) {
+/// Sets the errors of the stage that the evaluation removes: those of the file `from`, if it has a name.
+void choose_stage_errors(const std::string& from, CalibrationFile& calibration) {
     if (from.empty()) {
-        return calibration.stage_errors.is_ideal() ? "none" : "from the calibration";
+        return;
     }
     const CalibrationFile other = host::read_calibration(from);
     host::refuse_if(other.stage_errors.is_ideal(),
@@ -51,7 +50,6 @@ std::string choose_stage_errors(const std::string& from, CalibrationFile& calibr
             from);
     }
     calibration.stage_errors = {other.stage_errors.turning, other.stage_errors.room, Mat3<double>::Zero()};
-    return "from " + from;
 }
 
 Array rows_of(const std::vector<host::EvaluatedPose>& errors, const std::vector<host::PoseFile>& files) {
@@ -83,7 +81,7 @@ Array rows_of(const std::vector<host::EvaluatedPose>& errors, const std::vector<
     return rows;
 }
 
-/// Poses (N, 31), names of their files, and what is known of the calibration. beyond_quadrature_floor: -1: not known.
+/// Poses (N, 31), and what is known of the calibration. beyond_quadrature_floor: -1: not known.
 py::tuple evaluate(const std::vector<std::string>& data, const std::string& calibration_file, const std::string& wiring,
                    const std::string& stage_from, const std::vector<std::string>& fixture_names, const std::string& solver_name,
                    bool refit_fixtures) {
@@ -96,7 +94,7 @@ py::tuple evaluate(const std::vector<std::string>& data, const std::string& cali
     (void)correct_board(files, calibration.calibration);
     host::refuse_if(calibration.source_stage.empty() && !refit_fixtures,
                     "{}: has no fixtures (not calibrated on a stage); use --refit-fixtures", calibration_file);
-    const std::string stage_errors = choose_stage_errors(stage_from, calibration);
+    choose_stage_errors(stage_from, calibration);
     const bool fits_scale = refit_fixtures && has_free_scale(calibration);
     const double residual_rms = calibration.residual_rms;
     LongCall call;
@@ -110,8 +108,6 @@ py::tuple evaluate(const std::vector<std::string>& data, const std::string& cali
         }
         return host::evaluate(calibration, files, solver, check);
     }();
-    std::vector<std::string> paths;
-    std::ranges::transform(files, std::back_inserter(paths), &host::PoseFile::path);
     const auto& known = calibration.calibration;
     std::ptrdiff_t beyond = -1;
     if (known.quadrature_floor < 1 && have_quadrature(files)) {
@@ -120,8 +116,8 @@ py::tuple evaluate(const std::vector<std::string>& data, const std::string& cali
         });
     }
     return py::make_tuple(
-        rows_of(errors, files), paths,
-        py::dict("stage_errors"_a = stage_errors, "fits_scale"_a = fits_scale, "residual_rms"_a = residual_rms,
+        rows_of(errors, files),
+        py::dict("has_stage_errors"_a = !calibration.stage_errors.is_ideal(), "fits_scale"_a = fits_scale, "residual_rms"_a = residual_rms,
                  "misfit_floor"_a = known.misfit_floor, "quadrature_floor"_a = known.quadrature_floor,
                  "beyond_quadrature_floor"_a = beyond, "surroundings_deviation"_a = calibration.quadrature.deviation));
 }

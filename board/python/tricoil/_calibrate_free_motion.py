@@ -24,7 +24,7 @@ def run(data, out, blob=None, model=None, coupling_constant=None, column_skew=0.
     if not abs(skew) < 1:
         raise ValueError(f"--column-skew must lie between -1 and 1 frames; got {column_skew}")
     files = files_of(data, out, blob, converters_from=converters_from, wiring=wiring)
-    result = json.loads(_tricoil.calibrate_free_motion(files, model, skew, constant, half_space(hemisphere)))
+    result = json.loads(_tricoil.calibrate_free_motion(files, None if model is None else str(model), skew, constant, half_space(hemisphere)))
     result["not_observable"] = NOT_OBSERVABLE
     return result, _text(result) + end_text(result)
 

@@ -10,7 +10,7 @@ from ._number_text import number_text
 def run(data, out, spacing_mm, blob=None, model="concentric", nodes=None, hemisphere=None, wiring=None, converters_from=None) -> tuple[dict, str]:
     """What `tricoil calibrate grid --json` prints, and its text. Raises ValueError; OSError if a disk fails."""
     files = files_of(data, out, blob, converters_from=converters_from, wiring=wiring)
-    result = json.loads(_tricoil.calibrate_grid(files, model, number("spacing-mm", spacing_mm), node_counts(nodes), half_space(hemisphere) or [1, 0, 0]))
+    result = json.loads(_tricoil.calibrate_grid(files, str(model), number("spacing-mm", spacing_mm), node_counts(nodes), half_space(hemisphere) or [1, 0, 0]))
     return result, _text(result) + end_text(result)
 
 

@@ -14,8 +14,8 @@ def run(data, out, blob=None, model="general", fixtures="free", stage=None, fixt
     converters: also the errors of the board's converters, for `tricoil calibrate converters`.
     """
     files = files_of(data, out, blob, converters_from=converters_from, wiring=wiring)
-    names = [fixture] if isinstance(fixture, str) else list(fixture)
-    result = json.loads(_tricoil.calibrate_stage(files, model, fixtures, stage, names, converters))
+    names = [fixture] if isinstance(fixture, str) else list(map(str, fixture))
+    result = json.loads(_tricoil.calibrate_stage(files, str(model), str(fixtures), None if stage is None else str(stage), names, bool(converters)))
     return result, _text(result) + end_text(result)
 
 

@@ -140,17 +140,19 @@ def run(data, calibration=None, solver="refined", stage_from="", wiring="", fixt
     """Result, text, and places of the poses that did not converge. draw() makes the picture. Raises ValueError, OSError."""
     if not calibration:
         raise ValueError("--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)")
-    data, names = [os.fspath(file) for file in data], [fixture] if isinstance(fixture, str) else list(fixture)
+    data, names = [os.fspath(file) for file in data], [fixture] if isinstance(fixture, str) else list(map(str, fixture))
     calibration, stage_from, wiring, out = map(os.fspath, (calibration, stage_from, wiring, out))
     refuse_input_as_output({"--out": os.path.join(out, TABLE) if out else None}, [*data, calibration, *filter(None, (wiring, stage_from))])
-    rows, paths, known = _tricoil.evaluate(data, calibration, wiring, stage_from, names, solver, bool(refit_fixtures))
+    rows, known = _tricoil.evaluate([os.fsencode(file) for file in data], *map(os.fsencode, (calibration, wiring, stage_from)), names,
+                                    str(solver), bool(refit_fixtures))
+    known["stage_errors"] = f"from {stage_from}" if stage_from else CALIBRATED if known["has_stage_errors"] else "none"
     poses = rows.view(POSE)[:, 0]
     if refit_fixtures:
         _refuse_wrong_fixtures(poses, known["residual_rms"])
     if out:
-        _write(out, _csv(poses, paths))
-    result = _summary_of(poses, paths, known, solver, refit_fixtures)
-    return result, text(result), not_converged(poses, paths)
+        _write(out, _csv(poses, data))
+    result = _summary_of(poses, data, known, solver, refit_fixtures)
+    return result, text(result), not_converged(poses, data)
 
 
 def draw(out="", csv_only=False, **others) -> None:

@@ -290,7 +290,7 @@ def start(name, words):
     try:
         importlib.import_module("tricoil")
     except ImportError as error:
-        refuse(f"{name}: needs the Python package of tricoil ({error}): install the package python3-tricoil", 3)
+        refuse(f"{name}: needs the Python package of tricoil ({error}): install the package python3-tricoil, or pybind11-dev before a build", 3)
     COMMANDS[name](options, files)
 
 
