@@ -118,6 +118,9 @@ class Command(unittest.TestCase):
             (["convert", __file__], {"to": "motive"}, "add out$"), (["calibrate grid", "a.csv"], {"out": "b"}, "^calibrate grid: needs spacing_mm$"),
             (["calibrate grid", "a.csv"], {"out": "b", "spacing_mm": "x"}, "^spacing_mm needs a number; got x$"),
             (["calibrate stage", "a.csv"], {"out": "b", "model": "finit"}, "unknown model 'finit'; did you mean 'finite'"),
+            *((["calibrate stage", "a.csv"], {"out": "b", name: 3}, f"^unknown {name} '3'; choices: ") for name in ("model", "fixtures", "stage")),
+            (["calibrate grid", "a.csv"], {"out": "b", "spacing_mm": 50, "model": 3}, "^unknown model '3'"), (["calibrate free-motion", "a.csv"], {"out": "b", "model": 3}, "^unknown model '3'"),
+            (["evaluate", "a\udcff.csv"], {"calibration": "b\udcff.toml"}, r"^b\\xff\.toml: cannot be opened"),
         ):
             with self.assertRaisesRegex(ValueError, message):
                 tricoil.command(*words, **options)
@@ -132,6 +135,7 @@ class Numbers(unittest.TestCase):
     def test_a_number_that_looks_like_zero(self):
         self.assertEqual([number_text(x, "+.1f") for x in (0.04, -0.04, 0.0, -1.26)], ["+0.04", "-0.04", "+0.0", "-1.3"])
         self.assertEqual(number_text(0.004, ">8.1f"), "   0.004")
+        self.assertEqual(number_text(None, ">8.1f"), "     nan")
 
     def test_a_calculation_that_fails_is_one_line(self):
         """In the package and in the program: also an error that is no ValueError."""
