@@ -1,6 +1,8 @@
 """A machine for tests of scripts: a copy of toolchain/ in a folder of its own, where other programs are replaced by small scripts in a
 folder that alone is on PATH."""
 
+import atexit
+import functools
 import os
 import pathlib
 import shutil
@@ -15,6 +17,14 @@ NEEDED = ("apt-cache awk bash cat chmod cmp cp cut date df dirname env find floc
           "sed sh sha256sum sleep sort tail tee touch tr uname").split()
 
 
+@functools.cache
+def copy_of_toolchain():
+    folder = tempfile.TemporaryDirectory()
+    atexit.register(folder.cleanup)
+    shutil.copytree(ROOT / "toolchain", folder.name, ignore=shutil.ignore_patterns("__pycache__", "pages"), dirs_exist_ok=True)
+    return folder.name
+
+
 class FakeMachine(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -23,21 +33,29 @@ class FakeMachine(unittest.TestCase):
         self.cache = self.folder / "cache"
         self.programs = self.folder / "programs"
         self.programs.mkdir()
-        for name in NEEDED:
-            found = subprocess.run(["bash", "-c", f"type -P {name}"], capture_output=True, text=True).stdout.strip()
-            (self.programs / name).symlink_to(found)
+        self.provide(*NEEDED)
         self.root = self.folder / "tree"
-        shutil.copytree(ROOT / "toolchain", self.root / "toolchain", ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(copy_of_toolchain(), self.root / "toolchain", copy_function=os.link)  # a test replaces files, it changes none
         self.calls = self.folder / "calls"
         self.calls.touch()
+
+    def provide(self, *names):
+        """Programs of this machine."""
+        for name in names:
+            (self.programs / name).symlink_to(shutil.which(name))
+
+    def write(self, name, text):
+        """Writes a new file of the tree in place of an old one."""
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.unlink(missing_ok=True)
+        path.write_text(text)
+        return path
 
     def replace(self, name, script):
         """Replaces a program or, if the name has a slash, a script of the tree. $CALLS: the file for log_of()."""
         path = (self.root if "/" in name else self.programs) / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.unlink(missing_ok=True)
-        path.write_text(f'#!/usr/bin/env bash\nCALLS="{self.calls}"\n{script}\n')
-        path.chmod(0o755)
+        self.write(path, f'#!/bin/bash\nCALLS="{self.calls}"\n{script}\n').chmod(0o755)
 
     def log_of_calls(self):
         return self.calls.read_text().splitlines()

@@ -380,7 +380,7 @@ class Costs(FakeMachine):
 
     @unittest.skipUnless(os.access("/usr/bin/time", os.X_OK), "GNU time is not installed")
     def test_memory_of_a_command(self):
-        for mb in (100, 200):
+        for mb in (60, 120):
             command = f"import subprocess, sys; subprocess.run([sys.executable, '-c', 'b\"x\" * {mb}000000'], check=True)"
             self.run_script("cmake/launch", sys.executable, "-c", command, "-o", "unit.o")
             kilobytes, *times = (self.folder / ".costs/unit.o").read_text().splitlines()

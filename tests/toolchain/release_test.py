@@ -15,9 +15,7 @@ WHEEL = "import os, time\nopen(os.environ['HOME'] + '/building', 'w')\n{}\n"
 class Release(FakeMachine):
     def setUp(self):
         super().setUp()
-        for name in ("git", "tar", "gzip"):
-            found = subprocess.run(["bash", "-c", f"type -P {name}"], capture_output=True, text=True).stdout.strip()
-            (self.programs / name).symlink_to(found)
+        self.provide("git", "tar", "gzip")
         self.replace("toolchain/install-deps", 'echo "install $*" >>"$CALLS"')
         self.replace("toolchain/page-libraries", "true")
         self.replace("nproc", "echo 1")
@@ -28,11 +26,6 @@ class Release(FakeMachine):
         self.commit()
         self.git("tag", "v1.2.3")
         self.result = self.folder / "result"
-
-    def write(self, name, text):
-        path = self.root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
 
     def git(self, *words):
         subprocess.run(["git", "-C", self.root, "-c", "user.name=a", "-c", "user.email=a@b.invalid", *words], check=True, capture_output=True)
@@ -72,8 +65,7 @@ class Release(FakeMachine):
         self.commit()
 
     def test_tag_of_a_listed_key(self):
-        found = subprocess.run(["bash", "-c", "type -P ssh-keygen"], capture_output=True, text=True).stdout.strip()
-        (self.programs / "ssh-keygen").symlink_to(found)
+        self.provide("ssh-keygen")
         key = self.make_key("key")
         self.list_signer(key)
         self.git("tag", "--force", "v1.2.3")

@@ -94,8 +94,8 @@ class PageLibraries(FakeMachine):
         self.fails_with("three-0.187.0.tgz has another SHA-512 than expected")
 
     def test_unknown_processor(self):
-        path = self.root / "toolchain/page-libraries"
-        path.write_text(path.read_text().replace("platform.machine()", "'vax'"))
+        script = (self.root / "toolchain/page-libraries").read_text()
+        self.write("toolchain/page-libraries", script.replace("platform.machine()", "'vax'")).chmod(0o755)
         self.fails_with("no bundler for the processor vax; build without the live page")
 
 
