@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "board/host/calibration/pose_residual.hpp"
 #include "board/support/errors.hpp"
@@ -60,30 +62,38 @@ Mat3<double> field_at(const MeasuredPose& pose, const Vec3<double>& source_m, co
     return 1 / (range_m * range_m * range_m) * pose.stage_rotation.transpose() * field::dipole_factor<double>(r / range_m);
 }
 
-/// Products of source coil j (columns: sensor coils; rows: component of the sensor coil + 3 times that of the source coil).
-Matrix<double, 9, 3> products_of_coil(const PoseFile& file, const Vec3<double>& source_m, const Vec3<double>& sensor_m, Index j,
-                                      double& rest) {
+/// Products of `Coils` source coils at one place, from coil `first` on. Column: sensor coil + 3 times the source coil; row:
+/// component of the sensor coil + 3 times that of the source coil. rests: squares that they do not explain, by source coil.
+template <int Coils>
+Matrix<double, 9, 3 * Coils> products_of_coils(const PoseFile& file, const Vec3<double>& source_m, const Vec3<double>& sensor_m,
+                                               Index first, Vec3<double>& rests) {
     Matrix<double, 9, 9> normal = Matrix<double, 9, 9>::Zero();
-    Matrix<double, 9, 3> right = Matrix<double, 9, 3>::Zero();
+    Matrix<double, 9, 3 * Coils> right = Matrix<double, 9, 3 * Coils>::Zero();
+    rests.segment<Coils>(first) = Matrix<double, Coils, 1>::Zero();
     for (const MeasuredPose& pose : file.poses) {
         const double weight = 1 / pose.x.norm();
         const Mat3<double> field = weight * field_at(pose, source_m, sensor_m);
+        const double* const x = pose.x.data() + 3 * first;
         for (int k = 0; k < 9; ++k) {
             for (int l = 0; l <= k; ++l) {
                 normal(k, l) += field.data()[k] * field.data()[l];
             }
-            for (int i = 0; i < 3; ++i) {
-                right(k, i) += weight * field.data()[k] * pose.x(i, j);
-            }
         }
-        rest += weight * weight * pose.x.col(j).squaredNorm();
+        for (int i = 0; i < 3 * Coils; ++i) {
+            for (int k = 0; k < 9; ++k) {
+                right(k, i) += weight * x[i] * field.data()[k];
+            }
+            rests(first + i / 3) += weight * weight * x[i] * x[i];
+        }
     }
     const double ridge = kRidge * normal.trace();
     for (int k = 0; k < 9; ++k) {
         normal(k, k) += ridge;
     }
-    const Matrix<double, 9, 3> products = Cholesky<double, 9>(normal).solve<3>(right);
-    rest -= products.cwiseProduct(right).sum();
+    const Matrix<double, 9, 3 * Coils> products = Cholesky<double, 9>(normal).solve<3 * Coils>(right);
+    for (int i = 0; i < 3 * Coils; ++i) {
+        rests(first + i / 3) -= products.col(i).dot(right.col(i));
+    }
     return products;
 }
 
@@ -108,10 +118,10 @@ public:
         if (best.sensor_m.empty()) {
             best = best_centre();
         }
-        double cost = cost_of(best);
+        Costs costs = costs_of(best);
         for (const bool common : {true, false}) {
             for (double step_m = 0.02; step_m > kFinest_m; step_m /= 2) {
-                while (improve(best, cost, step_m, common)) {
+                while (improve(best, costs, step_m, common)) {
                 }
             }
         }
@@ -128,7 +138,7 @@ private:
             for (double range_m = 0.06; range_m < 4; range_m *= 1.4) {
                 CoilPlaces at{Mat3<double>::Zero(), best.sensor_m};
                 at.source_m.colwise() += middle_m_ + (range_m / std::max(towards.norm(), 1.0)) * towards;
-                if (const double cost = cost_of(at); cost < least) {
+                if (const double cost = sum_of(costs_of(at)); cost < least) {
                     least = cost;
                     best = at;
                 }
@@ -137,32 +147,56 @@ private:
         return best;
     }
 
-    [[nodiscard]] double cost_of(const CoilPlaces& places) const {
-        double rest = 0;
-        for (std::size_t f = 0; f < files_.size(); ++f) {
-            for (Index j = 0; j < 3; ++j) {
-                (void)products_of_coil(files_[f], places.source_m.col(j), places.sensor_m[f], j, rest);
-            }
+    using Costs = std::vector<Vec3<double>>;  // by file and source coil
+
+    static double sum_of(const Costs& costs) {
+        return std::accumulate(costs.begin(), costs.end(), 0.0, [](double sum, const Vec3<double>& c) { return sum + c.sum(); });
+    }
+
+    void update_cost(const CoilPlaces& at, std::size_t file, Index coil, Costs& costs) const {
+        (void)products_of_coils<1>(files_[file], at.source_m.col(coil), at.sensor_m[file], coil, costs[file]);
+    }
+
+    void update_file(const CoilPlaces& at, std::size_t file, Costs& costs) const {
+        if (at.source_m.col(0) == at.source_m.col(1) && at.source_m.col(0) == at.source_m.col(2)) {
+            (void)products_of_coils<3>(files_[file], at.source_m.col(0), at.sensor_m[file], 0, costs[file]);
+            return;
         }
-        return rest;
+        for (Index j = 0; j < 3; ++j) {
+            update_cost(at, file, j, costs);
+        }
+    }
+
+    [[nodiscard]] Costs costs_of(const CoilPlaces& places) const {
+        Costs costs(files_.size());
+        for (std::size_t f = 0; f < files_.size(); ++f) {
+            update_file(places, f, costs);
+        }
+        return costs;
     }
 
     /// Moves each coordinate by one step, if that reduces the cost. common: all source coils together.
-    bool improve(CoilPlaces& best, double& least, double step_m, bool common) const {
+    bool improve(CoilPlaces& best, Costs& least, double step_m, bool common) const {
         bool improved = false;
         const std::size_t sources = common ? 1 : 3;
         for (std::size_t k = 0; k < 6 * (sources + files_.size()); ++k) {
             const Vec3<double> move = (k % 2 == 0 ? step_m : -step_m) * Vec3<double>::Unit(static_cast<Index>(k / 2 % 3));
             CoilPlaces trial = best;
+            Costs costs = least;
             if (k / 6 >= sources) {
                 trial.sensor_m[k / 6 - sources] += move;
+                update_file(trial, k / 6 - sources, costs);
             } else if (common) {
                 trial.source_m.colwise() += move;
+                costs = costs_of(trial);
             } else {
                 trial.source_m.col(static_cast<Index>(k / 6)) += move;
+                for (std::size_t f = 0; f < files_.size(); ++f) {
+                    update_cost(trial, f, static_cast<Index>(k / 6), costs);
+                }
             }
-            if (const double cost = cost_of(trial); cost < (1 - 1e-6) * least) {
-                least = cost;
+            if (sum_of(costs) < (1 - 1e-6) * sum_of(least)) {
+                least = std::move(costs);
                 best = trial;
                 improved = true;
             }
@@ -178,9 +212,9 @@ private:
 /// of source coil j (stage). Of rank one for dipoles.
 Matrix<double, 9, 9> fit_products(const PoseFile& file, const Mat3<double>& source_m, const Vec3<double>& sensor_m) {
     Matrix<double, 9, 9> all;
-    double rest = 0;
+    Vec3<double> rests;
     for (Index j = 0; j < 3; ++j) {
-        const auto products = products_of_coil(file, source_m.col(j), sensor_m, j, rest);
+        const auto products = products_of_coils<1>(file, source_m.col(j), sensor_m, j, rests);
         for (int k = 0; k < 27; ++k) {
             all(3 * (k / 9) + k % 3, 3 * j + k / 3 % 3) = products(k % 9, k / 9);
         }
