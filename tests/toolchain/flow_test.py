@@ -144,7 +144,7 @@ printf '100%% tests passed, 0 tests failed out of 5\\n\\nTotal Test time (real) 
 
 
 class Test(FakeMachine):
-    QUICK = ["install test-build", "build host-release", "format", "ctest host-release", "build nucleo-g474re", "ctest nucleo-g474re", "budgets nucleo-g474re",
+    QUICK = ["install first-pose", "install test-build", "build host-release", "format", "ctest host-release", "build nucleo-g474re", "ctest nucleo-g474re", "budgets nucleo-g474re",
              "ctest host-release"]
 
     def setUp(self):
@@ -162,8 +162,8 @@ class Test(FakeMachine):
         self.replace(script, f'echo "{name} $*" >>"$CALLS"\n[[ " $* " != *" ${{{variable}:-nothing}} "* ]] || exit {status}')
 
     def parts(self):
-        """The calls, of ctest only the preset; without the installation beside the host's build."""
-        return [" ".join(line.split()[:3:2]) if line.startswith("ctest") else line for line in self.log_of_calls() if line != "install test"]
+        """The calls, of ctest only the preset; without those beside the host's build and the installation of its packages."""
+        return [" ".join(line.split()[:3:2]) if line.startswith("ctest") else line for line in self.log_of_calls() if line not in ("install test", "build run tricoil_before_packages")]
 
     def test_default_set(self):
         done = self.run_script("test")
@@ -183,7 +183,7 @@ class Test(FakeMachine):
         self.replace("id", "echo 1000")
         self.replace("sudo", "exit 1")
         self.assertEqual(self.run_script("test").returncode, 0)
-        self.assertEqual(self.log_of_calls()[1:3], ["build host-release", "install test"])
+        self.assertEqual(self.log_of_calls()[:4], ["install first-pose", "install test-build", "build host-release", "install test"])
 
     def test_failed_part_hides_no_other(self):
         for environment, named in (({"FAILING": "^quick$"}, "host: quick tests"), ({"OVER": "nucleo-g474re"}, "nucleo-g474re: budgets"),
@@ -255,7 +255,7 @@ class Test(FakeMachine):
         self.replace("toolchain/build", f'exec toolchain/with-progress "build: $1" bash -c ": >{started}; sleep 30"')
         status, output, errors = self.interrupt("test", after=started)
         self.assertEqual((status, errors), (130, ""))
-        self.assertTrue(output.endswith("test: host: build\n"), output)
+        self.assertTrue(output.endswith("test: host: build beside the packages\n"), output)
 
 
 class Build(FakeMachine):
