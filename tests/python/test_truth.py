@@ -173,7 +173,7 @@ class Fusion(Folder):
 
     def test_shocks_between_samples(self):
         """Each is seen by one sample only; the fusion does not trust it."""
-        (time_s, position, q, acc, gyro), motion = cases.generated()
+        (time_s, position, q, acc, gyro), motion = cases.generated(5.0)
         acc = acc.copy()
         acc[150::160] += [0, 0, 200]
         optics, imu = cases.files(self.folder, (time_s, position, q, acc, gyro), cases.shown(time_s, np.ones(len(time_s), bool), 0.2))
@@ -190,7 +190,7 @@ class Fusion(Folder):
         self.assertLess(ratio, 4)
 
     def test_given_mounting_and_clock(self):
-        case, _ = cases.generated()
+        case, _ = cases.generated(4.0)
         optics, imu = cases.files(self.folder, case)
         x, y, z, w = cases.MOUNT.as_quat()
         result = tricoil.truth(optics, imu=imu, lever_m=cases.LEVER_M, mount_wxyz=(w, x, y, z))
@@ -208,7 +208,7 @@ class Fusion(Folder):
         self.assertLess(cases.rms((path.poses.position_m - position)[beside]), 2e-4)
 
     def test_without_inertial_sensor(self):
-        (time_s, position, q, *_), motion = cases.generated()
+        (time_s, position, q, *_), motion = cases.generated(5.0)
         for columns in ({"qw,qx,qy,qz": q}, {}):
             file = cases.table(self.folder / "optics.csv", {"time_s": time_s, "x_m,y_m,z_m": position, **columns})
             result = tricoil.truth(file)
@@ -217,7 +217,7 @@ class Fusion(Folder):
             self.assertEqual(result.poses.quaternion_wxyz is None, not columns)
 
     def test_second_stream(self):
-        (time_s, position, q, *_), motion = cases.generated()
+        (time_s, position, q, *_), motion = cases.generated(5.0)
         world, place = Rotation.from_rotvec([0.3, 0.2, -1]), np.array([0.4, -0.2, 0.1])
         p, turn = motion(time_s + 0.5)
         noise = np.random.default_rng(2).normal(0, 2e-4, p.shape)
@@ -230,11 +230,11 @@ class Fusion(Folder):
         self.assertLess(cases.rms(error), np.sqrt(3) * cases.NOISE_M)
 
     def test_bad_input_is_refused(self):
-        case, _ = cases.generated()
+        case, _ = cases.generated(6.0)
         time_s, position, q, acc, gyro = case
         mirror, inverse = np.array([1, 1, -1]), np.array([1, -1, -1, -1])
         optics, imu = cases.files(self.folder, case)
-        other, _ = cases.generated(seed=7)
+        other, _ = cases.generated(6.0, seed=7)
         changes = ((case, {"acc_factor": 1 / 9.80665}, "its unit is g"), (case, {"gyro_factor": 180 / np.pi}, "deg/s"),
                    ((time_s, position * mirror, q * np.array([1, -1, -1, 1]), acc, gyro), {}, "mirrored"), ((time_s, position, q * inverse, acc, gyro), {}, "turn the other way"),
                    ((*other[:3], acc, gyro), {}, "do not hold the same motion"), (tuple(part[:1] for part in case), {}, "1 row"))
@@ -269,7 +269,7 @@ class Program(Folder):
         return subprocess.run([os.environ["TRICOIL_PROGRAM"], *words], capture_output=True, text=True, check=False)
 
     def test_out_is_read_by_evaluate_and_motion(self):
-        case, motion = cases.generated()
+        case, motion = cases.generated(5.6)
         optics, imu = cases.files(self.folder, case, cases.shown(case[0], np.ones(len(case[0]), bool), 0.2))
         out, plot = str(self.folder / "path.csv"), str(self.folder / "path.svg")
         done = self.run_program("truth", optics, "--imu", imu, "--out", out, "--plot", plot, "--json")
@@ -280,7 +280,7 @@ class Program(Folder):
         self.assertGreater(found["bridged"], 100)
         self.assertAlmostEqual(np.sqrt(np.mean(np.sum(path.deviation[:, :3] ** 2, axis=1))), found["position_deviation_m"], delta=1e-8)
         self.assertIn("<svg", pathlib.Path(plot).read_text())
-        time_s = np.arange(0.5, 7, 1 / 120)
+        time_s = np.arange(0.5, 5, 1 / 120)
         p, turn = motion(time_s)
         tracker = (time_s, p + np.random.default_rng(1).normal(0, 2e-4, p.shape), turn.as_quat()[:, [3, 0, 1, 2]])
         verified = tricoil.verify(tracker, path)

@@ -19,6 +19,7 @@ POSITION, VELOCITY, TURN, ACC_BIAS, GYRO_BIAS = (slice(n, n + 3) for n in range(
 SMOOTH, SMOOTH_RATE = slice(15, 21), slice(21, 27)
 STATES = 27
 MOTION, ERROR = slice(0, 15), slice(15, STATES)  # no equation of motion has states of both
+SEEN = np.r_[0:3, 6:9, 15:21]  # states by which the predicted poses change: position, turn and smooth error
 BY_CONSTANTS = slice(0, 9)  # states whose equations of motion have constants
 PARTNER = np.concatenate([np.arange(3, 6), np.arange(3), np.arange(6, 15), np.arange(21, 27), np.arange(15, 21)])  # derivative or integral
 # Constants: gravity (optical frame), origin of the body in the sensor's frame, small rotation of the body in it, clock offset, and scales and angles
@@ -38,6 +39,11 @@ STILL_RATE = 1e-3  # of a state that is not: large enough for the condition of t
 
 def transposed(m):
     return m.transpose(0, 2, 1)
+
+
+def rows_of(m):
+    """(N, K, L) as (N K, L)."""
+    return m.reshape(m.shape[0] * m.shape[1], m.shape[2])
 
 
 def cross_turn(turn, vector):
@@ -147,6 +153,7 @@ class Fusion:
         self.start[SMOOTH] = np.repeat(np.sqrt(noise.smooth), 3)
         self.start[SMOOTH_RATE] = np.repeat(noise.smooth_per_s, 3) * self.start[SMOOTH]
         self.prior = np.asarray(constants)
+        self.estimated = np.flatnonzero(self.prior > STILL)  # constants; the others stay as they are
         self.expected = None  # constants before these measurements: those of the first step
         self.blocks = None
 
@@ -246,14 +253,14 @@ class Fusion:
         own, with_partner = self.information(s.offset_s)
 
         def weighted(values, part):
-            return own[:, part, None] * values + with_partner[:, part, None] * values[:, PARTNER[part] - part.start]
+            return own[:, part, None] * values + with_partner[:, part, None] * np.take(values, PARTNER[part] - part.start, axis=1)
 
-        diagonal, right, border, below = np.zeros((n, STATES, STATES)), np.zeros((n, STATES)), np.zeros((n, STATES, CONSTANTS)), np.zeros_like(first)
+        diagonal, right, border, below = np.zeros((n, STATES, STATES)), np.zeros((n, STATES)), np.zeros((n, STATES, len(self.estimated))), np.zeros_like(first)
         for part in (MOTION, ERROR):
             own_first = first[:, part, part]
             below[:, part, part] = weighted(own_first, part)
             diagonal[:-1, part, part] += transposed(own_first) @ below[:, part, part]
-        w_r, constant = weighted(r[:, :, None], slice(0, STATES)), constant[:, BY_CONSTANTS]
+        w_r, constant = weighted(r[:, :, None], slice(0, STATES)), constant[:, BY_CONSTANTS, self.estimated]
         w_constant = weighted(constant, BY_CONSTANTS)
         states = np.arange(STATES)
         diagonal[1:, states, states] += own
@@ -262,37 +269,46 @@ class Fusion:
         right[1:] += w_r[:, :, 0]
         border[:-1, MOTION] += transposed(first[:, BY_CONSTANTS, MOTION]) @ w_constant
         border[1:, BY_CONSTANTS] += w_constant
-        flat = constant.reshape(-1, CONSTANTS)
-        corner, of_constant = flat.T @ w_constant.reshape(-1, CONSTANTS), flat.T @ w_r[:, BY_CONSTANTS].ravel()
+        width = len(self.estimated)
+        flat = rows_of(constant)
+        corner, of_constant = flat.T @ rows_of(w_constant), flat.T @ w_r[:, BY_CONSTANTS].ravel()
         for m in self.measurements:
             e, by_state, by_constant, deviation = self.residual(s, m)
-            e, by_state, by_constant = e / deviation, by_state / deviation[:, :, None], by_constant / deviation[:, :, None]
+            e, by_state, by_constant = e / deviation, by_state[:, :, SEEN] / deviation[:, :, None], by_constant[:, :, self.estimated] / deviation[:, :, None]
             first_of_node = np.flatnonzero(np.diff(m.node, prepend=-1))
-            for total, terms in ((diagonal, by_state), (right, e[:, :, None]), (border, by_constant)):
-                values = transposed(by_state) @ terms
-                total[m.node[first_of_node]] += np.add.reduceat(values.reshape(len(values), *total.shape[1:]), first_of_node)
-            flat = by_constant.reshape(-1, CONSTANTS)
+            values = transposed(by_state) @ np.concatenate((by_state, e[:, :, None], by_constant), axis=2)
+            if len(first_of_node) < len(values):
+                values = np.add.reduceat(values, first_of_node)
+            node, one = m.node[first_of_node, None], len(SEEN)
+            diagonal[node[:, :, None], SEEN[:, None], SEEN] += values[:, :, :one]
+            right[node, SEEN] += values[:, :, one]
+            border[node, SEEN] += values[:, :, one + 1:]
+            flat = rows_of(by_constant)
             corner, of_constant = corner + flat.T @ flat, of_constant + flat.T @ e.ravel()
         inverse = 1 / self.start**2
         diagonal[0] += np.diag(inverse)
         right[0] += inverse * np.concatenate((np.zeros(9), s.acc_bias[0], s.gyro_bias[0], s.smooth[0], s.smooth_rate[0]))
-        corner[np.diag_indices(CONSTANTS)] += 1 / self.prior**2
+        prior = self.prior[self.estimated]
+        corner[np.diag_indices(width)] += 1 / prior**2
         self.expected = s if self.expected is None else self.expected
-        of_constant += s.constants_from(self.expected) / self.prior**2
+        of_constant += s.constants_from(self.expected)[self.estimated] / prior**2
         size = np.linalg.norm(s.gravity)
-        if size > 0:
-            along = s.gravity / size
+        if size > 0 and 0 in self.estimated:
+            along = s.gravity / size  # the first constants
             corner[GRAVITY, GRAVITY] += np.outer(along, along) / EARTH_DEVIATION_M_S2**2
             of_constant[GRAVITY] += along * (size - EARTH_M_S2) / EARTH_DEVIATION_M_S2**2
         self.diagonal, self.below = diagonal, below
-        x, c = self.solved(right, border, corner, of_constant)
+        x, estimated = self.solved(right, border, corner, of_constant)
+        c = np.zeros(CONSTANTS)
+        c[self.estimated] = estimated
         return s.moved(x, c), float(np.abs(x[:, POSITION]).max()), float(np.abs(x[:, TURN]).max())
 
     def solved(self, right, border, corner, of_constant):
         """Cholesky factors by blocks, node after node; all right sides at once."""
         inverse = np.empty_like(self.diagonal)  # of the factors
         forward = np.concatenate((right[:, :, None], border, np.pad(transposed(self.below), ((0, 1), (0, 0), (0, 0)))), axis=2)
-        sides, block = slice(0, 1 + CONSTANTS), self.diagonal[0]
+        width = len(corner)
+        sides, block = slice(0, 1 + width), self.diagonal[0]
         for k in range(len(forward)):
             if k > 0:
                 known = forward[k - 1, :, sides.stop:].T @ forward[k - 1]
@@ -308,7 +324,7 @@ class Fusion:
         for k in range(len(both) - 2, -1, -1):
             both[k] -= self.gain[k] @ both[k + 1]
         self.inverse = inverse
-        flat, solution = border.reshape(-1, CONSTANTS), both.reshape(-1, 1 + CONSTANTS)
+        flat, solution = rows_of(border), rows_of(both)
         self.constant_covariance = np.linalg.inv(corner - flat.T @ solution[:, 1:])
         c = -self.constant_covariance @ (of_constant - flat.T @ solution[:, 0])
         self.by_constant = both[:, :, 1:]  # minus the derivative of the states
@@ -336,5 +352,5 @@ class Fusion:
 
     def covariance(self, node, by_state, by_constant):
         """Covariance of what has these derivatives."""
-        whole = by_constant - by_state @ self.by_constant[node]
+        whole = by_constant[:, :, self.estimated] - by_state @ self.by_constant[node]
         return by_state @ self.state_covariance()[node] @ transposed(by_state) + whole @ self.constant_covariance @ transposed(whole)

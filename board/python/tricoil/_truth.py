@@ -168,7 +168,7 @@ class Fuser:
             lambda shown, noise: Fusion(nodes_s, self.acc, self.gyro, [shown], noise or start, self.deviations), self.first_state(nodes_s), m, nodes_s[m.node])
         self.mount, self.offset_s = self.constants.mount, self.constants.offset_s
         learned = 3 * np.sqrt(np.diag(fusion.constant_covariance))
-        self.deviations = np.minimum(self.deviations, np.maximum(learned, STILL))
+        self.deviations[fusion.estimated] = np.minimum(self.deviations[fusion.estimated], np.maximum(learned, STILL))
         own = self.noise.optical
         self.factors = [np.ones(2)]
         for poses in self.streams[1:]:
