@@ -65,7 +65,7 @@ class Errors(unittest.TestCase):
         self.assertAlmostEqual(calibrate(point(1, stated=0.5))["residual_sigmas"], 2, delta=0.2)
 
     def test_without_stated_deviations_the_residuals_are_them(self):
-        squares, _, _ = self.monte_carlo(200, stated=0)
+        squares, _, _ = self.monte_carlo(100, stated=0)
         self.assertGreater(squares, 2.2)
         self.assertLess(squares, 3.8)
         self.assertAlmostEqual(calibrate(point(1, stated=0))["residual_sigmas"], 1, delta=0.1)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ._pose_text import table
 from ._poses import METRES, Poses, PoseError, checked, content_of
-from ._rotation import wxyz
+from ._rotation import crosses, wxyz
 from ._xml_file import root_of
 
 DH_COLUMNS = {"a": METRES, "d": METRES, "alpha": None, "theta": None}
@@ -48,15 +48,22 @@ class Chain:
     def pose(self, values):
         """Position (N, 3) and Rotation of the last link in the first one's frame. values: {name: (N,) in rad or m}."""
         count = len(next(iter(values.values()))) if values else 1
-        position, turn = np.zeros((count, 3)), Rotation.identity(count)
+        position, turn = np.zeros((count, 3)), np.broadcast_to(np.eye(3), (count, 3, 3))
         for one in self.joints:
-            position, turn = position + turn.apply(np.broadcast_to(one.before[0], (count, 3))), turn * one.before[1]
+            position, turn = position + turn @ one.before[0], turn @ one.before[1].as_matrix()
             if one.kind != "fixed":
                 source, factor, offset = one.mimic or (one.name, 1.0, 0.0)
-                moved = (factor * values[source] + offset)[:, None] * one.axis
-                position, turn = (position, turn * Rotation.from_rotvec(moved)) if one.kind == "revolute" else (position + turn.apply(moved), turn)
-            position, turn = position + turn.apply(np.broadcast_to(one.after[0], (count, 3))), turn * one.after[1]
-        return position, turn
+                moved = factor * values[source] + offset
+                position, turn = (position, turn @ turns_about(one.axis, moved)) if one.kind == "revolute" else (position + turn @ one.axis * moved[:, None], turn)
+            position, turn = position + turn @ one.after[0], turn @ one.after[1].as_matrix()
+        return position, Rotation.from_matrix(turn)
+
+
+def turns_about(axis, angle_rad):
+    """Rotation matrices (N, 3, 3) about an axis of length 1, (3,), by angles (N,), by Rodrigues' formula."""
+    cross = crosses(axis[None])[0]
+    angle_rad = angle_rad[:, None, None]
+    return np.eye(3) + np.sin(angle_rad) * cross + (1 - np.cos(angle_rad)) * (cross @ cross)
 
 
 NOWHERE = (np.zeros(3), Rotation.identity())

@@ -55,10 +55,18 @@ def matrices(wxyz):
     return np.eye(3) + 2 * wxyz[:, :1, None] * cross + 2 * (cross @ cross)
 
 
+def inverses(m):
+    """Inverse matrices of symmetric ones, (N, 3, 3), by cofactors."""
+    a, b, c, d, e, f = m[:, 0, 0], m[:, 0, 1], m[:, 0, 2], m[:, 1, 1], m[:, 1, 2], m[:, 2, 2]
+    first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
+    rows = (first, second, third, second, a * f - c * c, b * c - a * e, third, b * c - a * e, a * d - b * b)
+    return (np.stack(rows, axis=1) / (a * first + b * second + c * third)[:, None]).reshape(-1, 3, 3)
+
+
 def weights(rotation, covariance, tip_m):
     """Inverse covariances of the residuals, whose error is J (position error, rotation error); (N, 3, 3)."""
     jacobian = np.concatenate((np.broadcast_to(np.eye(3), rotation.shape), -skew(rotation @ tip_m)), axis=2)
-    return np.linalg.inv(jacobian @ covariance @ jacobian.transpose(0, 2, 1) + SMALLEST_SIGMA_M**2 * np.eye(3))
+    return inverses(jacobian @ covariance @ jacobian.transpose(0, 2, 1) + SMALLEST_SIGMA_M**2 * np.eye(3))
 
 
 def applied(matrices, vectors):
@@ -66,17 +74,19 @@ def applied(matrices, vectors):
 
 
 class Poses:
-    """Positions (N, 3), m; rotation matrices (N, 3, 3), sensor to source frame; covariances (N, 6, 6); square roots of the covariances."""
+    """Positions (N, 3), m; rotation matrices (N, 3, 3), sensor to source frame; covariances (N, 6, 6); square roots of the covariances, and the
+    rotations by their columns (N, 6, 3, 3)."""
 
-    def __init__(self, position_m, rotation, covariance, root=None):
+    def __init__(self, position_m, rotation, covariance, root=None, turned=None):
         self.position_m, self.rotation, self.covariance = position_m, rotation, covariance
         if root is None:
             values, vectors = np.linalg.eigh(covariance)
             root = vectors * np.sqrt(np.maximum(values, 0))[:, None, :]
-        self.root = root
+            turned = turns(root[:, 3:].transpose(0, 2, 1).reshape(-1, 3)).reshape(-1, 6, 3, 3)
+        self.root, self.turned = root, turned
 
     def __getitem__(self, chosen):
-        return Poses(self.position_m[chosen], self.rotation[chosen], self.covariance[chosen], self.root[chosen])
+        return Poses(self.position_m[chosen], self.rotation[chosen], self.covariance[chosen], self.root[chosen], self.turned[chosen])
 
     def residuals(self, x):
         return self.position_m + self.rotation @ x[:3] - x[3:]
@@ -90,10 +100,11 @@ def mean_gradient(poses, tip_m):
     in A and W has the error that is also in r."""
     mean = np.zeros(6)
     for n in range(12):
-        error = (1 if n < 6 else -1) * poses.root[:, :, n % 6]
-        wrong = turns(error[:, 3:]) @ poses.rotation
-        residual = error[:, :3] + (wrong - poses.rotation) @ tip_m
-        mean += np.einsum("nij,ni->j", design(wrong), applied(weights(wrong, poses.covariance, tip_m), residual)) / 2
+        turned = poses.turned[:, n % 6]
+        wrong = (turned if n < 6 else turned.transpose(0, 2, 1)) @ poses.rotation
+        residual = (1 if n < 6 else -1) * poses.root[:, :3, n % 6] + (wrong - poses.rotation) @ tip_m
+        weighted = applied(weights(wrong, poses.covariance, tip_m), residual)
+        mean += np.concatenate((np.einsum("nij,ni->j", wrong, weighted), -np.sum(weighted, axis=0))) / 2
     return mean
 
 
