@@ -91,11 +91,11 @@ class _Fit:
         for n in range(STEPS + 1):
             at = Rotation.from_quat(turn[rows])
             r, jacobian = self.residual(position[rows], at, gains[rows], rows)
-            chi_square[rows] = np.sum(r**2, axis=1)
-            inverse[rows] = np.linalg.pinv(np.einsum("mri,mrj->mij", jacobian, jacobian), rcond=1e-14, hermitian=True)
+            chi_square[rows], transposed = np.sum(r**2, axis=1), jacobian.swapaxes(1, 2)
+            inverse[rows] = np.linalg.pinv(transposed @ jacobian, rcond=1e-14, hermitian=True)
             if n == STEPS:
                 break
-            step = -np.einsum("mij,mrj,mr->mi", inverse[rows], jacobian, r)
+            step = -(inverse[rows] @ (transposed @ r[:, :, None]))[:, :, 0]
             size = np.abs(step[:, :6]).max(axis=1)
             small[rows] = size < LAST_STEP
             step *= np.minimum(1, LONGEST_STEP / np.maximum(size, 1e-300))[:, None]

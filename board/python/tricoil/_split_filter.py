@@ -10,6 +10,7 @@ SUM, SUM_RATE, BIAS, BIAS_RATE, THIS_LINE, LAST_LINE = range(6)  # this and last
 #: means.
 SECOND_DIFFERENCE = 0.3833
 OF_BIAS = (np.arange(6) >= THIS_LINE) / 2  # what a low-band line measures
+TINY = np.finfo(float).tiny
 
 
 @dataclasses.dataclass(frozen=True)
@@ -100,7 +101,7 @@ def _corrected(means, covariance, h, measured, variance):
     """Means (2, 6, 3) and covariances (2, 6, 6) after measured (2, 3) = h . state with variance (2)."""
     ph = covariance @ h
     innovation = ph @ h + variance
-    gain = (ph / np.maximum(innovation, np.finfo(float).tiny)[:, None])[:, :, None]  # zero: nothing is uncertain, and ph is zero
+    gain = (ph / np.maximum(innovation, TINY)[:, None])[:, :, None]  # zero: nothing is uncertain, and ph is zero
     covariance = covariance - gain * ph[:, None]
     diagonals = np.einsum("kii->ki", covariance)
     np.maximum(diagonals, 0, out=diagonals)  # rounding
