@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "board/host/calibration/calibrations.hpp"
 #include "board/host/calibration/pose_set.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/support/recordings.hpp"
@@ -32,21 +33,41 @@ protected:
     struct Figures {
         double position_m;
         double orientation_deg;
+        nlohmann::json fit;
+        nlohmann::json test;
     };
     /// Calibrates on the medium set, evaluates on the large one.
     [[nodiscard]] Figures figures(const std::string& options, const std::string& solver) const {
-        const std::string cal = path_in_temp("recorded.toml");
-        const auto fit = tricoil("calibrate stage " + options + " --out " + cal + set("md"));
+        const std::string& cal = calibration_;
+        const auto fit = tricoil("calibrate stage --json " + options + " --out " + cal + set("md"));
         EXPECT_EQ(fit.exit_code, 0) << fit.err;
         const auto test = tricoil("evaluate --json --solver " + solver + " --calibration " + cal + set("ld"));
         EXPECT_EQ(test.exit_code, 0) << test.err;
         EXPECT_EQ(test.json()["poses"], 1896);
         EXPECT_EQ(test.json()["poses_not_converged"], 0);
-        const Figures f{test.json()["position_rms_m"], test.json()["orientation_rms_deg"]};
+        const Figures f{test.json()["position_rms_m"], test.json()["orientation_rms_deg"], fit.json(), test.json()};
         std::cout << options << ", " << solver << ": " << 1e3 * f.position_m << " mm, " << f.orientation_deg << " deg RMS\n";
         return f;
     }
+    /// Poses without metal that were not fitted. Their misfit alone must not set the flag `distorted`, except for 0.1 %.
+    static void expect_misfit_floor_covers_errors(const Figures& f) {
+        const double floor = f.test["misfit_floor"];
+        std::cout << "floor " << 100 * floor << " %, " << f.test["poses_distorted"] << " of " << f.test["poses"]
+                  << " poses distorted\n";
+        EXPECT_NEAR(floor, f.fit["misfit_floor"].get<double>(), 1e-8);
+        EXPECT_GT(floor, 5e-4);
+        EXPECT_LT(floor, 2e-3);
+        EXPECT_LE(f.test["poses_distorted"], 1);
+    }
+    /// Errors of poses that were not fitted agree with the deviation that trackers state.
+    static void expect_stated_deviations_are_true(const nlohmann::json& test, const std::string& name) {
+        const double per_degree = test["stated"]["nees_per_degree"];
+        std::cout << name << ": NEES per degree of freedom " << per_degree << '\n';
+        EXPECT_GT(per_degree, 0.7);
+        EXPECT_LT(per_degree, 1.4);
+    }
     std::string folder_;
+    const std::string calibration_ = path_in_temp("recorded.toml");
 };
 
 /// Separate coils in four mountings; the cable of one came out towards the sensor.
@@ -95,73 +116,15 @@ TEST_F(RecordedStage, FilesOfTwoSourcesAreRefusedByName) {
                 ::testing::AllOf(::testing::HasSubstr("_md.dat: "), ::testing::ContainsRegex("(other|different) coils")));
 }
 
-/// Poses without metal that were not fitted. Their misfit alone must not set the flag `distorted`, except for 0.1 %.
-TEST_F(RecordedStage, CalibratedMisfitFloorCoversTheErrorsOfTheModel) {
-    for (const std::string model : {"general", "finite"}) {
-        const std::string cal = path_in_temp("floor.toml");
-        const auto fit = tricoil("calibrate stage --json --model " + model + " --out " + cal + set("md"));
-        ASSERT_EQ(fit.exit_code, 0) << fit.err;
-        const auto test = tricoil("evaluate --json --calibration " + cal + set("ld"));
-        ASSERT_EQ(test.exit_code, 0) << test.err;
-        const double floor = test.json()["misfit_floor"];
-        std::cout << model << ": floor " << 100 * floor << " %, " << test.json()["poses_distorted"] << " of "
-                  << test.json()["poses"] << " poses distorted\n";
-        EXPECT_NEAR(floor, fit.json()["misfit_floor"].get<double>(), 1e-8);
-        EXPECT_GT(floor, 5e-4);
-        EXPECT_LT(floor, 2e-3);
-        EXPECT_LE(test.json()["poses_distorted"], 1);
-    }
-}
-
-/// Errors of poses that were not fitted agree with the deviation that trackers state.
-TEST_F(RecordedStage, StatedDeviationsAreTrue) {
-    const std::string cal = path_in_temp("stated.toml");
-    const auto nees = [&](const std::string& options, const std::string& fitted, const std::string& tested) {
-        const auto fit = tricoil("calibrate stage --out " + cal + options + fitted);
-        EXPECT_EQ(fit.exit_code, 0) << fit.err;
-        const auto test = tricoil("evaluate --json --calibration " + cal + tested);
-        EXPECT_EQ(test.exit_code, 0) << test.err;
-        const double per_degree = test.json()["stated"]["nees_per_degree"];
-        std::cout << options << fitted << ": NEES per degree of freedom " << per_degree << '\n';
-        EXPECT_GT(per_degree, 0.7);
-        EXPECT_LT(per_degree, 1.4);
-    };
-    for (const char* model : {"general", "finite"}) {
-        nees(std::string(" --model ") + model, set("md"), set("ld"));
-    }
-    for (const char* mounting : {"YoutZup", "XoutZup", "XinYup", "ZoutYup"}) {
+TEST_F(RecordedStage, StatedDeviationsOfMountingsAreTrue) {
+    for (const std::string mounting : {"YoutZup", "XoutZup", "XinYup", "ZoutYup"}) {
         const std::string file = " " + folder_ + "/ilemt-mountings/so" + mounting + "_seYoutZup_";
-        nees("", file + "md.dat", file + "ld.dat");
+        const auto fit = tricoil("calibrate stage --out " + calibration_ + file + "md.dat");
+        ASSERT_EQ(fit.exit_code, 0) << fit.err;
+        const auto test = tricoil("evaluate --json --calibration " + calibration_ + file + "ld.dat");
+        ASSERT_EQ(test.exit_code, 0) << test.err;
+        expect_stated_deviations_are_true(test.json(), mounting);
     }
-}
-
-/// The clean coils of this source have a quadrature of 0.3 % that follows the phase of each coupling, and 0.04 % that does not.
-/// The trackers judge what is left. With one phase for each sensor channel, as older calibration files have, most poses would
-/// seem to be near metal.
-TEST_F(RecordedStage, CalibratedPhasesExplainTheQuadratureOfCleanCoils) {
-    const std::string cal = path_in_temp("quadrature.toml");
-    const auto fit = tricoil("calibrate stage --json --out " + cal + set("md"));
-    ASSERT_EQ(fit.exit_code, 0) << fit.err;
-    const double floor = fit.json()["quadrature_floor"];
-    EXPECT_GT(floor, 1e-4);
-    EXPECT_LT(floor, 4e-4);
-    const auto count = [&](const std::string& file) {
-        const auto test = tricoil("evaluate --json --calibration " + file + set("ld"));
-        EXPECT_EQ(test.exit_code, 0) << test.err;
-        const int poses = test.json()["poses_beyond_quadrature_floor"];
-        std::cout << file << ": floor " << 100 * floor << " %, " << poses << " of 1896 poses beyond\n";
-        return poses;
-    };
-    EXPECT_LE(count(cal), 1);
-
-    std::string older = read_file(cal);
-    const std::size_t at = older.find("[couplings]");
-    ASSERT_NE(at, std::string::npos);
-    older.replace(at, older.find("[output]") - at, "");
-    older.insert(older.find("\n[output]"), "phase_rad = [0.0006, 0.0052, -0.0026]\n");  // means of the three files' channels
-    const std::string channels = path_in_temp("channels.toml");
-    std::ofstream(channels) << older;
-    EXPECT_GT(count(channels), 1500);
 }
 
 TEST_F(RecordedStage, ConcentricModelAndClosedForm) {
@@ -176,16 +139,36 @@ TEST_F(RecordedStage, GeneralModelWithFixturesExactlyAsNamed) {
     EXPECT_LE(f.orientation_deg, 0.28);
 }
 
+/// The clean coils of this source have a quadrature of 0.3 % that follows the phase of each coupling, and 0.04 % that does not.
+/// The trackers judge what is left. With one phase for each sensor channel, as older calibration files have, most poses would
+/// seem to be near metal.
 TEST_F(RecordedStage, GeneralModelByDefault) {
-    const auto f = figures("--model general", "refined");
+    const auto f = figures("", "refined");
+    EXPECT_EQ(f.fit["model"], "general");
     EXPECT_LE(f.position_m, 0.30e-3);
     EXPECT_LE(f.orientation_deg, 0.14);
+    expect_misfit_floor_covers_errors(f);
+    expect_stated_deviations_are_true(f.test, "general");
+    EXPECT_GT(f.fit["quadrature_floor"].get<double>(), 1e-4);
+    EXPECT_LT(f.fit["quadrature_floor"].get<double>(), 4e-4);
+    EXPECT_LE(f.test["poses_beyond_quadrature_floor"], 1);
+
+    std::string older = read_file(calibration_);
+    const std::size_t at = older.find("[couplings]");
+    ASSERT_NE(at, std::string::npos);
+    older.replace(at, older.find("[output]") - at, "");
+    older.insert(older.find("\n[output]"), "phase_rad = [0.0006, 0.0052, -0.0026]\n");  // means of the three files' channels
+    const auto test = tricoil("evaluate --json --calibration " + write_file("channels.toml", older) + set("ld"));
+    ASSERT_EQ(test.exit_code, 0) << test.err;
+    EXPECT_GT(test.json()["poses_beyond_quadrature_floor"], 1500);
 }
 
 TEST_F(RecordedStage, FiniteCoils) {
     const auto finite = figures("--model finite", "refined");
     EXPECT_LE(finite.position_m, 0.20e-3);
     EXPECT_LE(finite.orientation_deg, 0.10);
+    expect_misfit_floor_covers_errors(finite);
+    expect_stated_deviations_are_true(finite.test, "finite");
 }
 
 /// An independent fit reached 0.107 mm, 0.046 deg with the nine terms of the turning frame, 0.082 mm, 0.035 deg with all.
@@ -201,21 +184,26 @@ TEST_F(RecordedStage, ErrorsOfTheStageExplainHalfOfTheErrors) {
 TEST_F(RecordedStage, EverySingleFileEveryPairAndAllTogetherAreCalibrated) {
     const std::array<std::string, 3> fixtures{"YoutZup", "ZinXdown", "ZinYup"};
     const auto file = [&](std::size_t n, const char* suffix) {
-        return " " + folder_ + "/ilemt-concentric/soYoutZup_se" + fixtures[n % 3] + "_" + suffix + ".dat";
+        return folder_ + "/ilemt-concentric/soYoutZup_se" + fixtures[n % 3] + "_" + suffix + ".dat";
     };
-    std::vector<std::string> sets{set("md") + set("ld")};
+    std::vector<std::vector<std::string>> sets(1);
     for (std::size_t n = 0; n < 3; ++n) {
         for (const char* suffix : {"md", "ld"}) {
-            sets.push_back(file(n, suffix));
-            sets.push_back(file(n, suffix) + file(n + 1, suffix));
+            sets[0].push_back(file(n, suffix));
+            sets.push_back({file(n, suffix)});
+            sets.push_back({file(n, suffix), file(n + 1, suffix)});
         }
     }
-    for (const std::string& files : sets) {
-        for (const char* model : {"concentric", "general", "finite"}) {
-            const auto fit =
-                tricoil(std::string("calibrate stage --json --model ") + model + " --out " + path_in_temp("any.toml") + files);
-            ASSERT_EQ(fit.exit_code, 0) << files << fit.err;
-            EXPECT_LE(fit.json()["position_rms_m"].get<double>(), std::string(model) == "concentric" ? 0.9e-3 : 0.25e-3) << files;
+    for (const auto& files : sets) {
+        for (const host::FitModel model : {host::FitModel::concentric, host::FitModel::general, host::FitModel::finite}) {
+            host::CalibrationReport report;
+            host::CalibrationFiles of;
+            of.data = files;
+            host::CalibrationFile made;
+            ASSERT_NO_THROW(made = host::calibrate_on_stage(of, {model}, {}, false, report)) << files[0];
+            EXPECT_EQ(made.model, to_string(model));
+            EXPECT_LE(report.json["position_rms_m"].get<double>(), model == host::FitModel::concentric ? 0.9e-3 : 0.25e-3)
+                << files[0];
         }
     }
 }
