@@ -20,7 +20,7 @@ void expect_pivot_refused(const std::string& arguments, const std::string& what)
     EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
 }
 
-/// A recording, CSV file and JSON lines of one simulated run of the scenario `pointer`, and the tip of the recording.
+/// A recording and CSV file of one simulated run of the scenario `pointer`.
 class Pointer : public ::testing::Test {
 protected:
     static void SetUpTestSuite() {
@@ -28,18 +28,15 @@ protected:
         ASSERT_EQ(tricoil("run --scenario pointer --tracker scaat --mux tdm --duration 10 --record " + kTake + " --out " + kCsv)
                       .exit_code,
                   0);
-        ASSERT_EQ(tricoil("convert " + kTake + " --to jsonl --out " + kJsonl).exit_code, 0);
-        const auto r = tricoil("calibrate pivot " + kTake + " --out " + kTip);
-        ASSERT_EQ(r.exit_code, 0) << r.err;
     }
     static inline const std::string kTake = path_in_temp("pointer_take");
     static inline const std::string kCsv = path_in_temp("pointer.csv");
-    static inline const std::string kJsonl = path_in_temp("pointer.jsonl");
-    static inline const std::string kTip = path_in_temp("pointer_tip.toml");
 };
 
 TEST_F(Pointer, TipIsThatOfTheScenarioFromEveryKindOfFile) {
-    for (const std::string& poses : {kTake, kCsv, kJsonl}) {
+    const std::string jsonl = path_in_temp("pointer.jsonl");
+    ASSERT_EQ(tricoil("convert " + kTake + " --to jsonl --out " + jsonl).exit_code, 0);
+    for (const std::string& poses : {kTake, kCsv, jsonl}) {
         const auto r = tricoil("calibrate pivot --json " + poses).json();
         const double x = r["tip_m"][0].get<double>() - 0.15;
         const double y = r["tip_m"][1];
@@ -57,12 +54,12 @@ TEST_F(Pointer, PosesHaveTheUnitThatTheyName) {
     for (const std::string format : {"csv", "jsonl"}) {
         const std::string metres = path_in_temp("pointer_m." + format);
         ASSERT_EQ(tricoil("convert " + kTake + " --to " + format + " --out " + metres).exit_code, 0);
+        const auto expected = tricoil("calibrate pivot --json " + metres).json();
         for (const std::string unit : {"mm", "in"}) {
             const std::string poses = path_in_temp("pointer_" + unit + "." + format);
             ASSERT_EQ(tricoil("convert " + kTake + " --to " + format + " --units " + unit + " --out " + poses).exit_code, 0);
             const auto r = tricoil("calibrate pivot --json " + poses);
             ASSERT_EQ(r.exit_code, 0) << r.err;
-            const auto expected = tricoil("calibrate pivot --json " + metres).json();
             for (int axis = 0; axis < 3; ++axis) {
                 EXPECT_NEAR(r.json()["tip_m"][axis].get<double>(), expected["tip_m"][axis].get<double>(), 1e-9);
                 EXPECT_NEAR(r.json()["tip_std_m"][axis].get<double>(), expected["tip_std_m"][axis].get<double>(), 1e-9);
@@ -73,8 +70,11 @@ TEST_F(Pointer, PosesHaveTheUnitThatTheyName) {
 
 /// All poses of the tip are at the pivot, and their standard deviations are those of the tip.
 TEST_F(Pointer, TipAppliesToTheCsv) {
+    const std::string tip = path_in_temp("pointer_tip.toml");
+    const auto r = tricoil("calibrate pivot " + kTake + " --out " + tip);
+    ASSERT_EQ(r.exit_code, 0) << r.err;
     const std::string out = path_in_temp("at_tip.csv");
-    ASSERT_EQ(tricoil("run --scenario pointer --seed 2 --duration 3 --tip " + kTip + " --out " + out).exit_code, 0);
+    ASSERT_EQ(tricoil("run --scenario pointer --seed 2 --duration 3 --tip " + tip + " --out " + out).exit_code, 0);
     const CsvTable poses(read_file(out));
     const CsvTable sensor(read_file(kCsv));
     double squares = 0;
@@ -87,7 +87,7 @@ TEST_F(Pointer, TipAppliesToTheCsv) {
     EXPECT_NEAR(squares / static_cast<double>(poses.rows() - 100), 1, 0.3);
 }
 
-TEST_F(Pointer, CovarianceOfTheTipIsAdded) {
+TEST(PointerTip, CovarianceOfTheTipIsAdded) {
     const std::string out = path_in_temp("at_wide_tip.csv");
     const std::string wide = write_file("wide.toml",
                                         "version = 1\nkind = \"tip\"\nsensor = 0\ntip_m = [0.15, 0, 0.02]\n"
@@ -97,7 +97,7 @@ TEST_F(Pointer, CovarianceOfTheTipIsAdded) {
     EXPECT_NEAR(poses.number(poses.rows() - 1, "std_y_m"), 0.01, 1e-4);
 }
 
-TEST_F(Pointer, MotionThatDoesNotDetermineTheTipIsRefused) {
+TEST(PointerTip, MotionThatDoesNotDetermineTheTipIsRefused) {
     const std::string out = path_in_temp("no_tip.toml");
     const std::string poses = path_in_temp("refused.csv");
     const auto refuse = [&](const std::string& tilt, const std::string& what) {
@@ -141,7 +141,7 @@ TEST_F(Pointer, FilesWithoutPosesAreNamed) {
     expect_pivot_refused("calibrate stage --sensor 1 --out x.toml " + kCsv, "is an option of tricoil calibrate pivot");
 }
 
-TEST_F(Pointer, InvalidTipsAreNamed) {
+TEST(PointerTip, InvalidTipsAreNamed) {
     const auto refuse = [](const std::string& tip, const std::string& what) {
         expect_pivot_refused("run --duration 1 --out /dev/null --tip " + tip, what);
     };
