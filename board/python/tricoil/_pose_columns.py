@@ -256,11 +256,7 @@ def rotation_columns(columns, rotation):
 
 
 def quaternions(table, columns, kind, found):
-    """Quaternions (w, x, y, z) of the attitude's columns."""
-    from scipy.spatial.transform import Rotation
-
-    from ._rotation import wxyz
-
+    """Quaternions (w, x, y, z) of the attitude's columns. SciPy is loaded for other attitudes than quaternions only."""
     values = np.stack([table.numbers(n) for n in found], axis=1)
     bad = ~np.isfinite(values).all(axis=1)
     if bad.any():
@@ -270,6 +266,10 @@ def quaternions(table, columns, kind, found):
         return values if kind == "wxyz" else values[:, [3, 0, 1, 2]]
     if kind == "matrix":
         return of_matrices(table, values.reshape(-1, 3, 3))
+    from scipy.spatial.transform import Rotation
+
+    from ._rotation import wxyz
+
     units = {unit for role, unit in columns.unit.items() if columns.of[role] in found and unit}
     if len(units) > 1:
         raise PoseError(f"{table.name}: angles in {' and '.join(sorted(units))}; give one unit")
