@@ -21,10 +21,12 @@ NEEDS = {  # the part, the name in the error, the code that needs it
 }
 
 
-def first_error(compiler, folders, code):
+def errors(compiler, folders):
+    """Of one unit that needs all parts."""
     command = [compiler, "-std=c++20", "-fsyntax-only", *(f"-I{folder}" for folder in folders), "-x", "c++", "-"]
+    code = "\n".join(code for _, code in NEEDS.values())
     done = subprocess.run(command, input=code, capture_output=True, text=True)
-    return next((line for line in done.stderr.splitlines() if " error: " in line), "")
+    return [line for line in done.stderr.splitlines() if " error: " in line]
 
 
 def main():
@@ -37,12 +39,13 @@ def main():
         header.parent.mkdir(parents=True)
         header.write_text(METHODS.sub(r"\1, UnfinishedParams>;", text).replace(
             "/// Method of a tracker,", "struct UnfinishedParams {};\n\n/// Method of a tracker,"))
-        for part, (name, code) in NEEDS.items():
-            finished = first_error(sys.argv[1], [ROOT], code)
-            unfinished = first_error(sys.argv[1], [overlay, ROOT], code)
-            good = not finished and name in unfinished
+        finished = errors(sys.argv[1], [ROOT])
+        unfinished = errors(sys.argv[1], [overlay, ROOT])
+        for part, (name, _) in NEEDS.items():
+            of_part = next((line for line in unfinished if name in line), "")
+            good = not finished and of_part
             failed |= not good
-            print(f"{'' if good else 'WRONG: '}a method without {part}: {unfinished or 'compiles'} {finished}")
+            print(f"{'' if good else 'WRONG: '}a method without {part}: {of_part or 'compiles'} {' '.join(finished)}")
     return failed
 
 
