@@ -115,11 +115,11 @@ py::tuple evaluate(const std::vector<std::string>& data, const std::string& cali
             return host::exceeds_quadrature_floor(share, known.quadrature_floor);
         });
     }
-    return py::make_tuple(
-        rows_of(errors, files),
-        py::dict("has_stage_errors"_a = !calibration.stage_errors.is_ideal(), "fits_scale"_a = fits_scale, "residual_rms"_a = residual_rms,
-                 "misfit_floor"_a = known.misfit_floor, "quadrature_floor"_a = known.quadrature_floor,
-                 "beyond_quadrature_floor"_a = beyond, "surroundings_deviation"_a = calibration.quadrature.deviation));
+    return py::make_tuple(rows_of(errors, files),
+                          py::dict("has_stage_errors"_a = !calibration.stage_errors.is_ideal(), "fits_scale"_a = fits_scale,
+                                   "residual_rms"_a = residual_rms, "misfit_floor"_a = known.misfit_floor,
+                                   "quadrature_floor"_a = known.quadrature_floor, "beyond_quadrature_floor"_a = beyond,
+                                   "surroundings_deviation"_a = calibration.quadrature.deviation));
 }
 
 }  // namespace
